@@ -53,6 +53,12 @@ def compile_time() -> float:
     return _COMPILING.duration if _COMPILING.done else 0.0
 
 
+def working_time() -> float:
+    """Wall time less what was spent compiling, from some moment on [s]: by it models tell what they cost, for kernels
+    are compiled once."""
+    return time.perf_counter() - compile_time()
+
+
 def njit(*given: Any, **options: Any) -> Any:
     """numba's decorator `njit`; what it caches lies in `SealedFiles`."""
     made = numba.njit(*given, **options)

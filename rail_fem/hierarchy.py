@@ -15,8 +15,14 @@ from rail_fem.output.versions import HOW_TO_GET
 from rail_fem.scene.input_errors import suggest
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings, FeWindowSettings
-from rail_fem.settings.light import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings, unfit_parts
-from rail_fem.settings.plastic import BemPlasticSettings
+from rail_fem.settings.light import (
+    BemPassageSettings,
+    BemPlasticSettings,
+    LumpedSettings,
+    P2Settings,
+    RigidHertzSettings,
+    unfit_parts,
+)
 
 if TYPE_CHECKING:
     from rail_fem.output.progress import Progress

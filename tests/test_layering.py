@@ -177,3 +177,14 @@ for name in {names!r}:
 """
     answer = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert answer.returncode == 0, answer.stderr
+
+
+MOST_FILES = 84  # 132 when a run met meshes, wheelsets, beams, sections and fields of which its case has none
+
+
+def test_a_light_run_meets_only_the_files_that_its_case_needs():
+    """What a reader must know of to follow `rail-fem run` by rigid_hertz: files of which a function or class runs."""
+    code = "import house; print(len(house.way()))"
+    answer = subprocess.run([sys.executable, "-c", code], cwd=ROOT / "tests", capture_output=True, text=True)
+    assert answer.returncode == 0, answer.stderr
+    assert int(answer.stdout.split()[-1]) <= MOST_FILES, "python tests/house.py --way"

@@ -1,16 +1,20 @@
 """Highest position of a rigid wheel over one body of a crossing: first search on a grid, then refinement on the exact
 surface."""
 
+from __future__ import annotations
+
 import functools
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from geometry.profiles.profile import Profile, hermite, hermite_many
-from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import NO_METAL
 from geometry.surfaces.surface_height import surface_height
 from kernel_cache import njit
+
+if TYPE_CHECKING:
+    from geometry.surfaces.any_crossing import AnyCrossing
 
 PEAKS = 4  # lateral positions kept per station of the first search
 # spacing of the stations along x over the lateral spacing: the wheel's curvature is that much smaller

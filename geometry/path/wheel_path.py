@@ -5,15 +5,20 @@ highest of all points where it would touch: H(x) = max over (x', y) of z_rail(x'
 that contact ahead of or behind the axle is found as it is. Facing and trailing differ in the direction of travel only.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geometry.axes import tread_datum_y
 from geometry.path.path_search import BodySearch
 from geometry.profiles.profile import Profile
-from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.crossing import CrossingError
+
+if TYPE_CHECKING:
+    from geometry.surfaces.any_crossing import AnyCrossing
 
 LARGEST_FALL = 15e-3  # of the axle below or above plain line, beyond which the wheel has left its rail [m]
 

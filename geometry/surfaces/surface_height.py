@@ -4,15 +4,25 @@ A search is compiled once for each kind: which height function it calls follows 
 handed (`tables` of a crossing), so that neither kind pays for the other.
 """
 
+from typing import NamedTuple
+
 from numba.core import types
 from numba.extending import overload
 
 from geometry.surfaces.bodies import NO_METAL
 from geometry.surfaces.crossing_surface import CrossingShape, nose_height, wing_height
-from geometry.surfaces.depth_field import depth_at
+from geometry.surfaces.depth_field import DepthField, depth_at
 from geometry.surfaces.section_grid import SectionGrids, grid_height
-from geometry.surfaces.worn_crossing import WornShape
 from kernel_cache import njit
+
+
+class WornShape(NamedTuple):
+    """Tables of a worn crossing: the unworn crossing's, and what has been worn off."""
+
+    base: CrossingShape | SectionGrids
+    wing: DepthField
+    nose: DepthField
+
 
 KINDS = (CrossingShape, SectionGrids, WornShape)
 

@@ -4,26 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from geometry.surfaces.bodies import NO_METAL, TwoBodies
 from geometry.surfaces.crossing import CastCrossing
-from geometry.surfaces.crossing_surface import CrossingShape
 from geometry.surfaces.depth_field import DepthField, depths_at
 from geometry.surfaces.measured_crossing import MeasuredCrossing
-from geometry.surfaces.section_grid import SectionGrids
+from geometry.surfaces.surface_height import WornShape
 
 UnwornCrossing = CastCrossing | MeasuredCrossing
-
-
-class WornShape(NamedTuple):
-    """What the compiled search takes: the unworn crossing's numbers or tables, and what has been worn off."""
-
-    base: CrossingShape | SectionGrids
-    wing: DepthField
-    nose: DepthField
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,9 +1,11 @@
 """Case files: TOML text to a typed scene and typed numerics, with every input error reported at once."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -12,8 +14,10 @@ from rail_fem.hierarchy import MODELS
 from rail_fem.scene.input_errors import describe_errors, plain, quoted, suggest
 from rail_fem.scene.scene import LOAD_KEYS, Frozen, Scene
 from rail_fem.scene.units import typed
-from rail_fem.settings.damage import DamageSettings
 from rail_fem.settings.light import PassSettings
+
+if TYPE_CHECKING:
+    from rail_fem.settings.damage import DamageSettings
 
 CASE_VERSION = 1
 LONGEST_TITLE = 200
@@ -59,7 +63,7 @@ class Case:
                 return run
         raise KeyError(f"{self.path}: runs no model by {kind.__name__}")
 
-    def by(self, model: str) -> "Case":
+    def by(self, model: str) -> Case:
         """The same case, which runs this model: by the model's defaults where the file does not name it. Errors:
         CaseError where these do not fit the scene."""
         if model in self.runs:
@@ -104,8 +108,11 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
         )
     context = {"units_required": True, "folder": path.resolve().parent}
     scene = _read_section(Scene, table.get("scene"), "scene", context, errors)
-    asked = table.get("damage")
-    damage = None if asked is None else _read_section(DamageSettings, asked, "damage", context, errors)
+    damage, asked = None, table.get("damage")
+    if asked is not None:
+        from rail_fem.settings.damage import DamageSettings
+
+        damage = _read_section(DamageSettings, asked, "damage", context, errors)
     # a damage study needs no model of its own
     runs = {} if asked is not None and "run" not in table else _read_runs(table.get("run"), context, errors)
     if scene is not None:

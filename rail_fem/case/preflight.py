@@ -1,18 +1,12 @@
-"""Everything that forbids a run and can be known before anything is meshed or written."""
+"""Everything that forbids a run and can be known before anything is meshed or written. What judges one kind of model is
+imported where a run asks for it."""
 
-from bem.patch import ContactInputError
-from geometry.meshing.hexmesh import MeshError
 from geometry.surfaces.crossing import CrossingError
 from rail_fem.case.casefile import late_approach
-from rail_fem.case.estimate import impossible
-from rail_fem.case.travelling_window import length_errors
-from rail_fem.light.fine_zone import mesh_errors
-from rail_fem.light.own_mesh import own_mesh
 from rail_fem.light.rigid import window_errors, with_window
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
-from rail_fem.settings.light import unfit_parts
-from rail_fem.settings.plastic import BemPlasticSettings
+from rail_fem.settings.light import BemPlasticSettings, unfit_parts
 
 
 def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> list[str]:
@@ -26,6 +20,10 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
         return _window_errors(scene, asked, model)
     if not isinstance(asked, FeSettings):
         return []
+    from rail_fem.case.estimate import impossible
+    from rail_fem.case.travelling_window import length_errors
+    from rail_fem.light.fine_zone import mesh_errors
+
     try:
         settings = with_window(scene, asked)
         errors = window_errors(scene, settings, model)
@@ -41,7 +39,8 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
 
 def _window_errors(scene: Scene, settings: BemPlasticSettings, model: str) -> list[str]:
     """Why the half-space's cells cannot be held, or the wheel not rolled over them."""
-    from rail_fem.models.bem_plastic import window_cells  # a model is loaded where it is asked for
+    from bem.patch import ContactInputError
+    from rail_fem.models.bem_plastic import window_cells
 
     try:
         for cells in window_cells(scene, settings):
@@ -55,6 +54,9 @@ def _window_errors(scene: Scene, settings: BemPlasticSettings, model: str) -> li
 
 def own_mesh_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
     """Why a mesh from a file cannot be run."""
+    from geometry.meshing.hexmesh import MeshError
+    from rail_fem.light.own_mesh import own_mesh
+
     try:
         own_mesh(scene, settings)
     except (MeshError, OSError) as error:

@@ -20,7 +20,6 @@ from rail_fem.case.casetext import CaseTextError, check_size
 from rail_fem.hierarchy import MODELS
 from rail_fem.scene.input_errors import quantity_of, suggest, table_of
 from rail_fem.scene.scene import Scene
-from rail_fem.scene.series import is_series, read_series
 from rail_fem.scene.units import QuantityError, typed
 
 MOST_CASES = 10_000
@@ -88,6 +87,8 @@ def _toml(value: Any) -> str:
 def read_variation(text: str) -> tuple[str, list[Any]]:
     """ "scene.speed=30mph:100mph:8" or "scene.wheel.profile=P8,P1" to its key and values. Errors: VariationError,
     QuantityError for a series in the wrong dimension."""
+    from rail_fem.scene.series import is_series, read_series
+
     key, equals, values = (part.strip() for part in text.partition("="))
     if not equals or not key or not values:
         raise VariationError(

@@ -8,7 +8,7 @@ from rail_fem.scene.crossing import CAST
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.steel import FROM_MEMORY
 from rail_fem.settings.explicit import FeSettings
-from rail_fem.settings.plastic import BemPlasticSettings
+from rail_fem.settings.light import BemPlasticSettings
 
 COMPARED_RATIOS = 9.25, 10.75  # between which the parametric crossing was held against anything
 ELEMENTS_ACROSS_PATCH = 6

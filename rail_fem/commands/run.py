@@ -24,8 +24,7 @@ def check(
 ) -> None:
     """Read a case file and say what it means, what it will cost, and what calls for a warning; nothing is meshed, and
     nothing written but a drawing that is asked for."""
-    from rail_fem.show.case_facts import case_facts
-    from rail_fem.show.report import case_report
+    from rail_fem.show.case_facts import case_facts, case_report
 
     loaded, name = read_case(case, model, settings)
     if draw is not None:

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rail_fem.light.contact_table import ContactTable
-from rail_fem.light.vertical_pass import TRACK, LightPass
-from rail_fem.light.wheel_modes import WHEEL
+from rail_fem.light.vertical_dynamics import TRACK, WHEEL
+from rail_fem.light.vertical_pass import LightPass
 from rail_fem.output.events import FALL, first_maximum, lost_contact
 
 

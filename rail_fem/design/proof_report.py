@@ -12,7 +12,7 @@ from rail_fem.design.correction import proven_scores
 from rail_fem.design.problem import Problem
 from rail_fem.design.proof import MODEL, PROVEN, SEARCHED, ProofRun, ProvenShape, without_finer
 from rail_fem.output.markdown import markdown_table
-from rail_fem.output.trust_text import verdict_words
+from rail_fem.output.trust import verdict_words
 from rail_fem.show.style import GREEN, NOSE, PURPLE, SKY, TOTAL, new_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.sweeps.compare import core_seconds

@@ -15,7 +15,7 @@ from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK
 from rail_fem.light.fine_zone import PATCH_REACH
 from rail_fem.output.history import complete_history
 from rail_fem.output.result import Peak
-from rail_fem.output.shares import largest_internal, numerical_shares
+from rail_fem.output.trust import largest_internal, numerical_shares
 
 LEVEL = 2e-4  # change of the rigid path's slope up to which running counts as steady [1]
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from mpi4py import MPI
 
+from kernel_cache import working_time
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.pairs import FRICTION_WORK, NORMAL_ENERGY, TOWED
 from rail_fem.fe.domain import raise_together
@@ -28,7 +29,6 @@ from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK, VISCOUS_WORK
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Supports
 from rail_fem.fe.window import TravellingWindow
-from rail_fem.output.clock import working_time
 
 WHEEL_DAMPING = 0.06  # share of critical damping that the small-displacement kernel gives the highest frequency
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from kernel_cache import working_time
 from rail_fem.fe import trust
 from rail_fem.fe.checkpoint import load_checkpoint, save_checkpoint
 from rail_fem.fe.fields import write_collection, write_frame
@@ -16,7 +17,6 @@ from rail_fem.fe.passage import Passage, end_settling, take_up
 from rail_fem.fe.recorder import Recorder
 from rail_fem.fe.static_start import settle_in_place
 from rail_fem.hierarchy import smoke_requested
-from rail_fem.output.clock import working_time
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 

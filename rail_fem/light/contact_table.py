@@ -8,9 +8,11 @@ ellipse about the contact point, Hertz' theory is a guess: `asymmetry`.
 Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual penetration).
 """
 
+from __future__ import annotations
+
 import functools
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.integrate import trapezoid
@@ -21,10 +23,12 @@ from geometry.axes import tread_datum_y
 from geometry.hermite import cubic_between
 from geometry.path.wheel_path import WheelPath, rolling_radius, wheel_path
 from geometry.profiles.profile import Profile, hermite_many
-from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import BODIES, NO_METAL
-from rail_fem.output.clock import working_time
+from kernel_cache import working_time
 from rail_fem.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from geometry.surfaces.any_crossing import AnyCrossing
 
 VIRTUAL = 0.55  # virtual penetration over approach
 FIRST_DEPTH = 50e-6  # of the first intersection [m]

@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 
 from geometry.surfaces.bodies import BODIES
-from rail_fem.light.beam_results import bearer_table
+from kernel_cache import working_time
 from rail_fem.light.contact_table import ContactTable, patch_sizes
 from rail_fem.light.validity import Flag, flag_warnings
 from rail_fem.light.vertical_pass import LightPass, common_history, foundation_peak, history_rows
-from rail_fem.output.clock import working_time
 from rail_fem.output.events import end_warnings, force_peaks, transfer_position
 from rail_fem.output.result import BearerSummary, Cost, PassResult, PatchSummary, Peak
 from rail_fem.scene.scene import Scene
@@ -37,6 +36,8 @@ def light_result(
     peaks = force_peaks(columns, scene.direction_sign, load, leg_end=scene.crossing.leg_end)
     bearers: tuple[BearerSummary, ...] = ()
     if run.beam is not None and scene.bearers is not None:
+        from rail_fem.light.beam_results import bearer_table
+
         low, high = sorted((run.x[0], run.x[-1]))
         bearers = bearer_table(run.beam, scene.bearers, run.beam_position, run.beam_velocity, low, high)
     return PassResult(

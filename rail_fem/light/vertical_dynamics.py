@@ -28,6 +28,7 @@ from rail_fem.light.contact_law import (
     lagging,
 )
 
+SPRUNG, WHEEL, TRACK = range(3)  # of the masses of a pass
 CLOSED = 1e-15  # to which s is found [m]
 
 

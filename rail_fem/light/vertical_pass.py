@@ -8,25 +8,28 @@ Vertical only; the wheel runs straight on at the scene's speed (assumptions of t
 thesis, section 7.2.1.1).
 """
 
+from __future__ import annotations
+
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rail_fem.light.beam_results import BeamResults, beam_results
 from rail_fem.light.contact_law import ContactLaw, contact_energies
-from rail_fem.light.track_beam import TrackBeam, track_beam
-from rail_fem.light.vertical_dynamics import BeamStart, Masses, VerticalMotion, integrate, static_distance
-from rail_fem.light.wheel_modes import SPRUNG, WHEEL, WheelModes, modes_of, static_deflections, with_modes
+from rail_fem.light.vertical_dynamics import TRACK, WHEEL, BeamStart, Masses, VerticalMotion, integrate, static_distance
 from rail_fem.output.events import OPEN, peak_at
 from rail_fem.output.result import Peak
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.light import PassSettings
 
+if TYPE_CHECKING:
+    from rail_fem.light.beam_results import BeamResults
+    from rail_fem.light.track_beam import TrackBeam
+
 Contacts = Callable[[np.ndarray], ContactLaw]  # wheel positions x (m,) [m] -> the law there
 
-TRACK = 2
 MOST_STEPS = 20_000_000
 MOST_BEAM_VALUES = 2e8  # degrees of freedom times steps: 3 GB with positions and velocities
 
@@ -72,6 +75,8 @@ class LightPass:
         """Moments and stresses of the beam; None on a rigid mass."""
         if self.beam is None:
             return None
+        from rail_fem.light.beam_results import beam_results
+
         return beam_results(self.beam, self.beam_position, self.force.sum(axis=0), self.x, self.time)
 
     @property
@@ -131,8 +136,12 @@ def run_pass(
     Errors: ValueError for a step count beyond reason, FloatingPointError.
     """
     step, x = half_steps(scene, settings, step)
-    law, beam, modes = contacts(x), beam_of(scene, settings), modes_of(scene, settings.wheel_modes)
-    masses = with_modes(scene_masses(scene), scene, modes)
+    law, beam, modes, masses = contacts(x), beam_of(scene, settings), None, scene_masses(scene)
+    if scene.wheel_body is not None:
+        from rail_fem.light.wheel_modes import bent, modes_of, with_modes
+
+        modes = modes_of(scene, settings.wheel_modes)
+        masses = with_modes(masses, scene, modes)
     if beam is not None and pretension:
         raise ValueError("pretension: presses the wheel on a track mass, not on bearers: leave one of the two out")
     masses = masses._replace(load=masses.load - pretension * masses.coupling)
@@ -156,20 +165,12 @@ def run_pass(
     )
 
 
-def bent(scene: Scene, modes: WheelModes, position: np.ndarray) -> np.ndarray:
-    """Heights (n,) of a rigid wheel at rest as those (n + k,) of one whose modes give way under the static load: the
-    contact stays where it is, the suspension as long as it is."""
-    deflection = static_deflections(scene, modes)
-    rigid = position.copy()
-    rigid[WHEEL] -= deflection.sum()
-    rigid[SPRUNG] += modes.axle @ deflection - deflection.sum()
-    return np.r_[rigid, deflection]
-
-
 def beam_of(scene: Scene, settings: PassSettings) -> TrackBeam | None:
     """The beam that the wheel runs on, where the scene names bearers."""
     if scene.bearers is None:
         return None
+    from rail_fem.light.track_beam import track_beam
+
     low, high = sorted(settings.window(scene))
     beam = track_beam(scene.bearers, low, high, settings.beam_element, settings.beam_reach)
     values = len(beam.mass) * (high - low) / (scene.speed * settings.time_step)

@@ -16,7 +16,7 @@ from scipy.sparse.linalg import eigsh
 
 from bem.material import Elastic
 from rail_fem.light.fourier_section import RingSection, grid_section, matrices
-from rail_fem.light.vertical_dynamics import Masses
+from rail_fem.light.vertical_dynamics import SPRUNG, WHEEL, Masses
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.scene.wheel_body import WheelBody
 
@@ -25,7 +25,6 @@ SHIFT = (2 * np.pi * 30.0) ** 2  # keeps a free body's system solvable [1/s^2]
 EACH = 16  # modes of a harmonic that are looked at
 MOST_HARMONICS = 60
 LEAST = 1e-4  # of the softest mode's static deflection at the contact: less is left out
-SPRUNG, WHEEL = 0, 1
 
 
 class WheelModes(NamedTuple):
@@ -195,6 +194,16 @@ def static_deflections(scene: Scene, modes: WheelModes) -> np.ndarray:
     """(k,) of each mode under the static load, the suspension's part pressing on the axle [m]."""
     sprung = scene.vehicle.wheel_sprung_mass * GRAVITY
     return (scene.static_wheel_load - modes.axle * sprung) / modes.stiffness
+
+
+def bent(scene: Scene, modes: WheelModes, position: np.ndarray) -> np.ndarray:
+    """Heights (n,) of a rigid wheel at rest as those (n + k,) of one whose modes give way under the static load: the
+    contact stays where it is, the suspension as long as it is."""
+    deflection = static_deflections(scene, modes)
+    rigid = position.copy()
+    rigid[WHEEL] -= deflection.sum()
+    rigid[SPRUNG] += modes.axle @ deflection - deflection.sum()
+    return np.r_[rigid, deflection]
 
 
 def receptance(modes: WheelModes | None, unsprung: float, damping: float, frequency: np.ndarray) -> np.ndarray:

@@ -20,13 +20,13 @@ import numpy as np
 from bem.material import Elastic
 from bem.patch import Patch, PatchCutError
 from geometry.surfaces.bodies import BODIES
+from kernel_cache import working_time
 from rail_fem.light.contact_pairs import ContactPair, crossing_surface, pair_at
 from rail_fem.light.contact_table import ContactTable, TableKey, table_key, table_of
 from rail_fem.light.pass_result import pass_result, patch_steps
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.validity import SolvedContact, bem_flags, law_flags
 from rail_fem.light.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
-from rail_fem.output.clock import working_time
 from rail_fem.output.result import PassResult, PatchSummary
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import BemPassageSettings

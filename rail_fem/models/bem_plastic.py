@@ -23,6 +23,7 @@ from bem.plastic.hardening import Hardening, YieldLaw
 from bem.plastic.influence import Cells
 from bem.plastic.nonlinear_kinematic import NonlinearKinematic
 from geometry.surfaces.bodies import BODIES
+from kernel_cache import working_time
 from rail_fem.light.contact_pairs import crossing_surface
 from rail_fem.light.contact_table import ContactTable, TableKey, contact_table, patch_sizes, table_key
 from rail_fem.light.pass_result import pass_result, patch_steps, patches_at
@@ -33,14 +34,13 @@ from rail_fem.light.repeated_wheels import Wheels
 from rail_fem.light.validity import Flag, flag, lift_flags
 from rail_fem.light.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
 from rail_fem.models.bem_passage import pair_of
-from rail_fem.output.clock import working_time
 from rail_fem.output.parts import CrossingPart, parts_between
 from rail_fem.output.quantities import reported
 from rail_fem.output.result import PassResult, Peak
 from rail_fem.output.runfolder import digest, fingerprint
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
-from rail_fem.settings.plastic import BemPlasticSettings
+from rail_fem.settings.light import BemPlasticSettings
 
 CARRIES = 0.05  # of the static load, from which a body is rolled over
 MOST_FALL = 0.1  # of the surface beside the patch over the zone's depth: a rounding of five depths

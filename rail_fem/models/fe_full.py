@@ -17,6 +17,7 @@ from mpi4py import MPI
 from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.quality import mesh_quality
 from geometry.surfaces.bodies import REGIONS
+from kernel_cache import working_time
 from rail_fem.atomic import write_text_atomically
 from rail_fem.fe import trust
 from rail_fem.fe.carried import lay_in, steel_after
@@ -30,7 +31,6 @@ from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
 from rail_fem.light.lateral_start import LateralStart, lateral_start
 from rail_fem.light.rigid import ends_with_path
-from rail_fem.output.clock import working_time
 from rail_fem.output.error_bars import error_bars
 from rail_fem.output.events import end_warnings, force_peaks, transfer_position
 from rail_fem.output.fields import MESH

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from bem.exact.hertz import tangent_stiffness
+from kernel_cache import working_time
 from rail_fem.light.contact_law import ContactLaw
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.pass_result import light_result
@@ -22,7 +23,6 @@ from rail_fem.light.vertical_pass import (
     run_pass,
     step_error,
 )
-from rail_fem.output.clock import working_time
 from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import LumpedSettings

@@ -24,7 +24,6 @@ MOST_PARTS = 40  # of a cell's edge: cells of more than 10 mm say little of a bl
 AROUND = 12e-3  # of the most strained metal that is looked at for the block [m]
 STRETCH = 60e-3  # along the track, of such metal that is looked at together [m]
 NAMES = (*WORST, "block", "integral", *LEVELS)
-UNITS = {**dict.fromkeys((*WORST, "block"), "1"), "integral": "m^3", **dict.fromkeys(LEVELS, "m^3")}
 
 
 @dataclass(frozen=True)

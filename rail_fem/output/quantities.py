@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.output import plastic_zone
 from rail_fem.output.events import SHARE, stated_peaks
 from rail_fem.output.result import NAN, PassResult
 
@@ -77,7 +76,7 @@ REPORTED: dict[str, ReportedQuantity] = {
     ),
     "transfer_x": ReportedQuantity("m", "transfer", lambda result: result.transfer_x),
     **{
-        f"{name}_{body}": ReportedQuantity(plastic_zone.UNITS[name], f"{words}, {body}", _strain(body, name))
+        f"{name}_{body}": ReportedQuantity("1" if "mean" in words else "m^3", f"{words}, {body}", _strain(body, name))
         for body in BODIES
         for name, words in STRAIN.items()
     },

@@ -20,7 +20,7 @@ from pydantic import ValidationError
 from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.output.history import complete_history, from_shown_table, shown_table
 from rail_fem.output.strict_json import NAN, dumps, nan_for_none
-from rail_fem.output.trust_text import trust_text
+from rail_fem.output.trust import trust_text
 from rail_fem.output.versions import import_pandas, versions
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import engineering

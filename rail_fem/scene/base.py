@@ -9,6 +9,8 @@ from pydantic_core import PydanticCustomError
 from rail_fem.scene.input_errors import faults_of
 
 PRINTABLE = r"^[^\x00-\x1f\x7f-\x9f]*$"  # one line without control characters
+KEPT_SECTIONS = "crossing_sections.csv"  # in the folder of a run that used sections
+STEP_SUFFIXES = (".step", ".stp")
 
 GRAVITY = 9.81  # [m/s2]
 Count = Annotated[int, Strict()]  # true is no count of 1

@@ -1,23 +1,27 @@
-"""The crossing of a scene: a cast crossing by its parameters, or any crossing by its own sections."""
+"""The crossing of a scene: a cast crossing by its parameters, or any crossing by its own sections.
+
+What only one family needs is imported where that family is made.
+"""
+
+from __future__ import annotations
 
 import functools
 import os
 from dataclasses import fields
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from geometry.surfaces.crossing import CastCrossing, CrossingError
-from geometry.surfaces.joint import Joint, joint_rail
-from geometry.surfaces.measured_crossing import MeasuredCrossing
-from geometry.surfaces.switch import Switch
-from geometry.surfaces.switch_rails import switch_rails
-from geometry.surfaces.worn_crossing import UnwornCrossing
-from rail_fem.scene.base import PRINTABLE, Frozen, digest_of_read, input_error
-from rail_fem.scene.section_files import KEPT, STEP_SUFFIXES, CrossingFile, SectionReading, read_crossing
+from rail_fem.scene.base import KEPT_SECTIONS, PRINTABLE, STEP_SUFFIXES, Frozen, digest_of_read, input_error
 from rail_fem.scene.units import Quantity
+
+if TYPE_CHECKING:
+    from geometry.surfaces.measured_crossing import MeasuredCrossing
+    from geometry.surfaces.worn_crossing import UnwornCrossing
+    from rail_fem.scene.section_files import CrossingFile
 
 CAST: Final = "UK-cast"
 SECTIONS: Final = "sections"
@@ -29,7 +33,6 @@ CAST_KEYS = tuple(field.name for field in fields(CastCrossing))
 FORMER_LEGS = {"fitted": ("322.184 mm", 0.652113, "1.13683 mm"), "fitted-explicit": ("271 mm", 0.838, "1.217 mm")}
 DIP_KEYS = "dip_angle", "dip_length", "dip_shape", "dip_bend", "joint_gap"
 SWITCH_KEYS = "switch_radius", "switch_entry"
-READING = tuple(field.name for field in fields(SectionReading))
 FILE_KEYS = "file", "mirror", "lateral", "height", "along", "extend"
 FAMILY_KEYS = {  # what each family may be told beside `family`
     CAST: CAST_KEYS,
@@ -38,6 +41,8 @@ FAMILY_KEYS = {  # what each family may be told beside `family`
     JOINT: DIP_KEYS,
     SWITCH: SWITCH_KEYS,
 }
+# how the files are read: rail_fem.scene.section_files.SectionReading
+READING = tuple(sorted({*FAMILY_KEYS[SECTIONS], *FAMILY_KEYS[STEP]} - {"file", "extend"}))
 
 
 class Crossing(Frozen):
@@ -86,12 +91,10 @@ class Crossing(Frozen):
         "straight", description="of a joint's dip: straight slopes, or parabolas that leave the plain rail level"
     )
     dip_bend: Annotated[float, Quantity("mm", 0.1, 20, "length over which a joint's slopes change, on each side")] = (
-        Joint.bend
+        1e-3
     )
     joint_gap: Annotated[float, Quantity("mm", 0, 30, "gap between the rail ends of a joint")] = 0.0
-    switch_radius: Annotated[float, Quantity("m", 50, 1e5, "radius in which a switch's stock rail turns away")] = (
-        Switch.radius
-    )
+    switch_radius: Annotated[float, Quantity("m", 50, 1e5, "radius in which a switch's stock rail turns away")] = 290.0
     switch_entry: Annotated[float, Quantity("mrad", 0, 50, "angle between stock rail and switch rail at the toe")] = (
         6.6667e-3
     )
@@ -131,12 +134,12 @@ class Crossing(Frozen):
         if not file or _kept(file, info):
             return file
         in_run = "run_folder" in context
-        path = Path(context["run_folder"]) / KEPT if in_run else Path(context.get("folder", ".")) / file
+        path = Path(context["run_folder"]) / KEPT_SECTIONS if in_run else Path(context.get("folder", ".")) / file
         if not os.path.exists(path):
             raise input_error(
                 "absent_file",
-                f'no file "{path.name}" in {path.parent}: give a path relative to the case file, or the {KEPT} of a run'
-                " that has used it",
+                f'no file "{path.name}" in {path.parent}: give a path relative to the case file, or the'
+                f" {KEPT_SECTIONS} of a run that has used it",
             )
         return str(path)
 
@@ -149,6 +152,8 @@ class Crossing(Frozen):
             return None
         if kept := _kept(info.data["file"], info):
             return kept
+        from rail_fem.scene.section_files import SectionReading, read_crossing
+
         told = {} if "run_folder" in (info.context or {}) else {name: info.data.get(name) for name in READING}
         path = Path(info.data["file"])
         is_step = path.suffix.lower() in STEP_SUFFIXES
@@ -261,11 +266,16 @@ def _cast(numbers: tuple[float, ...]) -> CastCrossing:
 
 @functools.lru_cache(maxsize=64)
 def _joint(*values) -> MeasuredCrossing:
+    from geometry.surfaces.joint import Joint, joint_rail
+
     return joint_rail(Joint(*values))
 
 
 @functools.lru_cache(maxsize=16)
 def _switch(radius: float, entry: float) -> MeasuredCrossing:
+    from geometry.surfaces.switch import Switch
+    from geometry.surfaces.switch_rails import switch_rails
+
     return switch_rails(Switch(radius=radius, entry=entry))
 
 

@@ -22,9 +22,8 @@ from geometry.profiles.profile import ProfileError
 from geometry.surfaces.measured_crossing import MeasuredCrossing, measured_crossing, moved
 from geometry.surfaces.sections import points_up
 from rail_fem.atomic import write_text_atomically
+from rail_fem.scene.base import KEPT_SECTIONS, STEP_SUFFIXES
 
-KEPT = "crossing_sections.csv"
-STEP_SUFFIXES = (".step", ".stp")
 STATIONS = "stations.csv"
 SPLIT = re.compile(r"[;,\s]+")
 NAMED = re.compile(
@@ -81,7 +80,7 @@ class CrossingFile:
             f"{float(x)!r},{float(y)!r},{float(z)!r}" for x, points in zip(self.x, self.sections) for y, z in points
         ]
         head = ["# rail-fem sections of a crossing as a run used them", "# unit: m", "x,y,z"]
-        write_text_atomically(Path(folder) / KEPT, "\n".join([*head, *rows]) + "\n")
+        write_text_atomically(Path(folder) / KEPT_SECTIONS, "\n".join([*head, *rows]) + "\n")
 
 
 class _Sections:

@@ -12,8 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry.profiles.doctor import examine
-from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.formats.raw import RawProfile, open_file
 from geometry.profiles.formats.units import metres_of
 from geometry.profiles.profile import Profile, ProfileError
@@ -96,6 +94,8 @@ class ProfileReading:
 def read_wheel(path: Path, reading: ProfileReading = ProfileReading()) -> MeasuredWheel:
     """Read a wheel profile file of any format, repair and examine it. Errors: ProfileError that says where and what is
     wrong, OSError."""
+    from geometry.profiles.formats.by_suffix import read_raw
+
     kept = _read_kept(path) if Path(path).name == KEPT else None
     if kept and reading.told():
         raise ProfileError(f"{path}: is the profile as a run used it, there is nothing left to tell of its reading: "
@@ -104,6 +104,8 @@ def read_wheel(path: Path, reading: ProfileReading = ProfileReading()) -> Measur
 
 
 def _judged(path: Path, raw: RawProfile, reading: ProfileReading) -> MeasuredWheel:
+    from geometry.profiles.doctor import examine  # of a profile by its name there is nothing to examine
+
     found = examine(raw, smoothing=reading.smoothing, flange_back=reading.flange_back)
     profile = found.profile.graph_part()
     _check(path, profile.points)

@@ -6,7 +6,8 @@ draw_run("runs/nose_transfer")
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import functools
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,14 +17,9 @@ from rail_fem.hierarchy import MODELS
 from rail_fem.output.result import PassResult, load
 from rail_fem.show.creep import creep_figure
 from rail_fem.show.energies import LINES, energies_figure
-from rail_fem.show.fields import CrossingFields, FieldsError, read_crossing
 from rail_fem.show.force import force_figure
-from rail_fem.show.mesh import mesh_figure
 from rail_fem.show.passes import passes_figure
 from rail_fem.show.patches import patches_figure
-from rail_fem.show.plan import plan_figure
-from rail_fem.show.section import section_figure
-from rail_fem.show.stress import stress_figure
 from rail_fem.show.style import lettering, save, words_instead
 
 HISTORIES: dict[str, Callable[[PassResult, str], Figure]] = {
@@ -33,14 +29,8 @@ HISTORIES: dict[str, Callable[[PassResult, str], Figure]] = {
     "energies": energies_figure,
     "passes": passes_figure,
 }
-STRAIN: dict[str, Callable[[PassResult, CrossingFields, str], Figure]] = {
-    "plastic_strain_plan": plan_figure,
-    "plastic_strain_section": section_figure,
-}
-FIELDS: dict[str, Callable[[PassResult, Path, str], Figure]] = {  # of the explicit models, which keep all stresses
-    "stress_section": stress_figure,
-    "mesh": mesh_figure,
-}
+STRAIN = "plastic_strain_plan", "plastic_strain_section"
+FIELDS = (*STRAIN, "stress_section", "mesh")  # stresses and meshes are the explicit models' alone
 
 
 def draw_run(folder: Path, missing_only: bool = False) -> list[Path]:
@@ -58,9 +48,8 @@ def draw_run(folder: Path, missing_only: bool = False) -> list[Path]:
     wanted = {title: path for title, path in paths.items() if not (missing_only and path.is_file())}
     with lettering():
         drawn = {title: draw(result, name) for title, draw in HISTORIES.items() if title in wanted}
-        if set(STRAIN) & set(wanted):
-            drawn |= strain_figures(folder, result, name)
-        drawn |= {title: field_figure(title, folder, result, name) for title in FIELDS if title in wanted}
+        if missing := [title for title in FIELDS if title in wanted]:
+            drawn |= field_figures(folder, result, name, missing)
         return [save(drawn[title], path) for title, path in wanted.items()]
 
 
@@ -73,8 +62,8 @@ def titles(result: PassResult) -> list[str]:
         "patches": len(result.patches),
         "passes": result.passes,
         "energies": any(np.isfinite(result.history[column]).any() for column in LINES),
-        **dict.fromkeys(STRAIN, explicit or resolves_strain(result)),
         **dict.fromkeys(FIELDS, explicit),
+        **dict.fromkeys(STRAIN, explicit or resolves_strain(result)),
     }
     return [title for title, there in has.items() if there]
 
@@ -84,18 +73,25 @@ def resolves_strain(result: PassResult) -> bool:
     return any(name.startswith("plastic_strain") for name in result.peaks)
 
 
-def strain_figures(folder: Path, result: PassResult, name: str) -> dict[str, Figure]:
-    """The figures that need fields; in words what is wrong with them, if anything is."""
-    try:
-        fields = read_crossing(folder)
-    except FieldsError as error:
-        return {title: words_instead(str(error)) for title in STRAIN}
-    return {title: draw(result, fields, name) for title, draw in STRAIN.items()}
+def field_figures(folder: Path, result: PassResult, name: str, wanted: Sequence[str] = FIELDS) -> dict[str, Figure]:
+    """The figures that need fields; in words what is wrong with these, if anything is."""
+    from rail_fem.show.fields import FieldsError, read_crossing
+    from rail_fem.show.mesh import mesh_figure
+    from rail_fem.show.plan import plan_figure
+    from rail_fem.show.section import section_figure
+    from rail_fem.show.stress import stress_figure
 
-
-def field_figure(title: str, folder: Path, result: PassResult, name: str) -> Figure:
-    """One of FIELDS; in words what is wrong with the fields, if anything is."""
-    try:
-        return FIELDS[title](result, folder, name)
-    except FieldsError as error:
-        return words_instead(str(error))
+    crossing = functools.cache(lambda: read_crossing(folder))
+    draw: dict[str, Callable[[], Figure]] = {
+        "plastic_strain_plan": lambda: plan_figure(result, crossing(), name),
+        "plastic_strain_section": lambda: section_figure(result, crossing(), name),
+        "stress_section": lambda: stress_figure(result, folder, name),
+        "mesh": lambda: mesh_figure(result, folder, name),
+    }
+    found = {}
+    for title in wanted:
+        try:
+            found[title] = draw[title]()
+        except FieldsError as error:
+            found[title] = words_instead(str(error))
+    return found

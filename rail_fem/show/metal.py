@@ -7,7 +7,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rail_fem.output.plastic_zone import BLOCK
 from rail_fem.output.quantities import REPORTED, STRAIN
 from rail_fem.output.result import PassResult
 from rail_fem.scene.units import engineering
@@ -48,6 +47,8 @@ def _maximum(left: Mapping) -> tuple[str, str]:
 
 
 def _stress(body: str, left: Mapping) -> list[tuple[str, str, str]]:
+    from rail_fem.output.plastic_zone import BLOCK
+
     depth, stress = np.array(left["depth"]), np.array(left["stress"], dtype=float).reshape(-1, 2)
     inside = depth < BLOCK[2]
     if not left["unloaded"] or not np.isfinite(stress[inside]).all():

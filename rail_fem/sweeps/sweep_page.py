@@ -17,7 +17,7 @@ from rail_fem.case.variations import as_setting
 from rail_fem.hierarchy import MODELS
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
-from rail_fem.output.trust_text import GOOD
+from rail_fem.output.trust import GOOD
 from rail_fem.output.versions import versions
 from rail_fem.show.reference import dip_figure, forces_figure
 from rail_fem.show.style import lettering, save

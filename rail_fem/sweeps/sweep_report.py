@@ -12,7 +12,7 @@ from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult, load
 from rail_fem.output.runfolder import differences
-from rail_fem.output.trust_text import verdict_words
+from rail_fem.output.trust import verdict_words
 from rail_fem.sweeps.compare import FIRST_IMPACT, IMPACT, core_seconds
 from rail_fem.sweeps.sweep import FAILED, Outcome
 from rail_fem.sweeps.trends import CaseChanges

@@ -9,7 +9,8 @@ from rail_fem.case.casefile import load_case
 from rail_fem.fe.start_state import from_rigid_hertz, resting
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.plastic_indentation import contacts_of
-from rail_fem.light.vertical_pass import TRACK, WHEEL, run_pass
+from rail_fem.light.vertical_dynamics import TRACK, WHEEL
+from rail_fem.light.vertical_pass import run_pass
 from rail_fem.models import fe_window
 from rail_fem.output.runfolder import differences, fingerprint
 from rail_fem.settings.explicit import FeWindowSettings

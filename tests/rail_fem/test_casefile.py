@@ -6,8 +6,7 @@ import pytest
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.scene.steel import GRADES
 from rail_fem.settings.explicit import FeSettings
-from rail_fem.settings.light import RigidHertzSettings
-from rail_fem.settings.plastic import BemPlasticSettings
+from rail_fem.settings.light import BemPlasticSettings, RigidHertzSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 GOOD = (ROOT / "cases" / "nose_transfer.toml").read_text(encoding="utf-8")

@@ -5,13 +5,12 @@ import time
 import numba
 import pytest
 
-from kernel_cache import compile_time
+from kernel_cache import compile_time, working_time
 from rail_fem import load_result
 from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.models import lumped
-from rail_fem.output.clock import working_time
 from rail_fem.output.result import Cost
 from rail_fem.show.report import result_report
 from rail_fem.sweeps.compare import compare, core_seconds, table

@@ -9,8 +9,8 @@ from geometry.surfaces.crossing import CastCrossing
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.models import rigid_hertz
 from rail_fem.output.result import load
+from rail_fem.scene.base import KEPT_SECTIONS as KEPT
 from rail_fem.scene.scene import Crossing, Scene
-from rail_fem.scene.section_files import KEPT
 from tests.geometry.cut_sections import write_cut_sections
 from tests.outside import needs, outside
 from tests.rail_fem.test_casefile import GOOD

@@ -15,11 +15,11 @@ from rail_fem.light.pass_result import pressure_peaks
 from rail_fem.output.events import lost_contact, settling_end, stated_peaks
 from rail_fem.output.fields import field_file, read_fields
 from rail_fem.output.result import PassResult, PatchSummary, Peak
-from rail_fem.output.shares import largest_internal
+from rail_fem.output.trust import largest_internal
 from rail_fem.show.creep import creep_figure
 from rail_fem.show.energies import energies_figure
 from rail_fem.show.fields import FieldsError, cut_at, depth_below, faces_from_above, read_crossing
-from rail_fem.show.figures import draw_run, strain_figures
+from rail_fem.show.figures import draw_run, field_figures
 from rail_fem.show.force import force_figure
 from rail_fem.show.patches import patches_figure
 from rail_fem.show.plan import cut_in_strips, plan_figure, view_box
@@ -39,7 +39,8 @@ from tests.rail_fem.surrogate_run import (
 from tests.rail_fem.test_scene import make_scene
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-STRAIN = {"plastic_strain_plan.png", "plastic_strain_section.png"}
+STRAIN_TITLES = "plastic_strain_plan", "plastic_strain_section"
+STRAIN = {f"{title}.png" for title in STRAIN_TITLES}
 NAMES = {"creep.png", "force.png", "energies.png", "stress_section.png", "mesh.png"} | STRAIN
 
 
@@ -92,7 +93,7 @@ def test_figures_need_neither_display_nor_vtk_and_leave_matplotlib_as_it_was(tmp
     code = f"""
 import sys, numba, matplotlib
 before = matplotlib.rcParams.copy()  # a dict of them would look for a backend, and import pyplot for that
-from rail_fem.show.figures import draw_run, strain_figures
+from rail_fem.show.figures import draw_run
 heavy = [m for m in sys.modules if m.startswith(("vtk", "pyvista")) or m == "matplotlib.pyplot"]
 print(len(draw_run({str(tmp_path)!r})), heavy, before == matplotlib.rcParams.copy())
 """
@@ -336,7 +337,7 @@ def test_fields_that_cannot_be_drawn_are_named_in_the_figure(tmp_path, spoil, sa
     spoil(tmp_path / "fields" / "final.vtu", surrogate_mesh())
     with pytest.raises(FieldsError, match=said):
         read_crossing(tmp_path)
-    for figure in strain_figures(tmp_path, result, "run").values():
+    for figure in field_figures(tmp_path, result, "run", STRAIN_TITLES).values():
         assert said in words(figure)
 
 

@@ -12,7 +12,7 @@ from rail_fem.light.plastic_fields import metal_of
 from rail_fem.models import fe_full
 from rail_fem.models.bem_plastic import ForceHistory, flow_flags, flow_of
 from rail_fem.output.quantities import reported
-from rail_fem.settings.plastic import BemPlasticSettings
+from rail_fem.settings.light import BemPlasticSettings
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml"
 WINDOW = {"start": -0.03, "end": 0.06}

@@ -1,10 +1,12 @@
-"""Numerical energies of an explicit run against what they are measured by: one definition for the trust report and the
-figure."""
+"""How far to trust a run: the report as text, from what a result holds, and the numerical energies of an explicit run
+against what they are measured by, once for the report and the figure."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+GOOD = "good"
 OF_INTERNAL = ("energy_hourglass", "energy_contact", "energy_viscosity")
 OF_IMPACT = ("balance_bodies", "balance_contact")
 
@@ -38,3 +40,22 @@ def last_known(values: np.ndarray) -> float:
     """The last finite of values (n,); NaN where there is none."""
     known = values[np.isfinite(values)]
     return float(known[-1]) if len(known) else float("nan")
+
+
+def trust_text(trust: Mapping[str, Any], warnings: Sequence[str]) -> str:
+    """The report. trust : "rows" of name, value, shown, rule, verdict, and "slowest" elements in words, both by
+    choice"""
+    lines, rows = ["how far to trust this run"], trust.get("rows", ())
+    width = max((len(row["name"]) for row in rows), default=0)
+    lines += [f"  {row['verdict']:8s} {row['name']:{width}s}  {row['shown']}  (rule: {row['rule']})" for row in rows]
+    lines += [f"  {len(warnings)} warning(s)", *(f"    {warning}" for warning in warnings)]
+    if trust.get("slowest"):
+        lines += ["  elements with the smallest stable step:", *(f"    {text}" for text in trust["slowest"])]
+    return "\n".join(lines) + "\n"
+
+
+def verdict_words(trust: Mapping[str, Any]) -> str:
+    """The rows that are not good, in a line: "good" where all are, "" for a model without rows."""
+    rows = trust.get("rows", ())
+    short = [f"{row['name']} {row['short']}" for row in rows if row["verdict"] != GOOD]
+    return f"{len(short)} of {len(rows)} rows fail: {'; '.join(short)}" if short else GOOD if rows else ""
