@@ -7,7 +7,7 @@ from rail_fem.hierarchy import MODELS
 from rail_fem.output.events import leg_flight
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
-from rail_fem.sweeps.sweep_report import FORCES, Results, forces_of, shown, strains_of
+from rail_fem.sweeps.sweep_report import FORCES, Results, forces_of, shown
 from rail_fem.sweeps.trends import MEASURES, Published
 
 
@@ -59,7 +59,7 @@ def leg_strain(result: PassResult) -> str:
     for name in ("leg strain of 1000 mm3", "leg strain"):
         measure = MEASURES[name]
         bar = measure.factor * measure.bar(result)
-        words.append(f"{measure.factor * measure.of(result):.1f}" + (f" +- {bar:.1f}" if bar else ""))
+        words.append(f"{measure.factor * measure.of(result):.1f}" + (f"±{bar:.1f}" if bar else ""))
     largest = result.metal["leg"]
     return f"{'; '.join(words)}; {100 * largest['maximum']:.1f} at {1e3 * largest['position'][0]:.0f}"
 
@@ -74,12 +74,9 @@ def beside_table(results: Results, others: Results) -> list[str]:
         model, parts = common[-1], ("wing", "nose")
         row = [case, model]
         for result in (of_case[model], others[case][model]):
-            x = 1e3 * result.history["x"]
-            path = f"{x[0]:.0f} to {x[-1]:.0f}" if len(x) else "-"
-            row += [path, forces_of(result, parts), strains_of(result, parts).split(";")[0], transfer_words(result)]
+            row += [forces_of(result, parts), transfer_words(result)]
         table.append(row)
-    columns = ["path [mm]", f"{FORCES} wing / nose [kN]", "PEEQ wing / nose, 5 x 5 x 3 mm [%]"]
-    columns += ["transfer x [mm]"]
+    columns = [f"{FORCES} wing/nose [kN]", "transfer x [mm]"]
     return markdown_table(["case", "model", *columns, *(f"{name}, beside" for name in columns)], table) if table else []
 
 

@@ -80,7 +80,7 @@ def force_table(results: Results) -> list[str]:
     if not models:
         return ["No results."]
     parts = parts_of(results)
-    named = " / ".join(parts)
+    named = "/".join(parts)
     head = [
         "case",
         "axle load [t]; static wheel load [kN]",
@@ -139,7 +139,7 @@ def forces_of(result: PassResult, parts: tuple[str, ...]) -> str:
     own = [shown(result, (f"largest_force_{part}",), 1e-3) for part in parts]
     if own[-2:] == ["-", "-"]:
         return impact if wheel == "-" else f"{wheel} (wheel)"
-    return f"{impact}, {shown(result, FIRST_IMPACT, 1e-3)}; {' / '.join(own)}"
+    return f"{impact}, {shown(result, FIRST_IMPACT, 1e-3)}; {'/'.join(own)}"
 
 
 def strains_of(result: PassResult, parts: tuple[str, ...]) -> str:
@@ -153,13 +153,13 @@ def strains_of(result: PassResult, parts: tuple[str, ...]) -> str:
     if set(blocks) | set(largest) == {"-"}:
         return "-"
     sizes = [result.metal[part]["size"] for part in parts if part in result.metal]
-    return f"{' / '.join(blocks)}; {' / '.join(largest)}" + (f" (of {1e3 * max(sizes):.1f} mm)" if sizes else "")
+    return f"{'/'.join(blocks)}; {'/'.join(largest)}" + (f" (of {1e3 * max(sizes):.1f} mm)" if sizes else "")
 
 
 def _bar(result: PassResult, name: str, factor: float) -> str:
     """The error bar of a reported quantity in shown units, where the run claims one."""
     bar = result.error_bars.get(name, np.nan) * factor
-    return "" if np.isnan(bar) else f" +- {bar:.1f}"
+    return "" if np.isnan(bar) else f"±{bar:.1f}"
 
 
 def shown(result: PassResult, names: tuple[str, ...], factor: float) -> str:

@@ -14,17 +14,23 @@ def trend_lines(group: Group, results: Results, cases: Path, swept: CaseChanges 
     lines = []
     for trend in group.trend:
         found = check(trend, results)
-        unit = MEASURES[trend.quantity].unit
-        between = " = " if trend.unchanged else " < "
-        within = f", within {100 * trend.unchanged:g} %" if trend.unchanged else ""
         lines.append(
-            f"- **{trend.says}** ({trend.quantity}: {between.join(trend.order)}{within})"
-            + (f"; published: {trend.published}" if trend.published else "")
+            f"- **{trend.says}** ({trend.statement})" + (f"; published: {trend.published}" if trend.published else "")
         )
-        lines += [f"  - {finding.words(unit)}" for finding in found] or ["  - no model has all of these results"]
+        lines += [f"  - {words}" for words in finding_words(found, MEASURES[trend.quantity].unit)]
         lines += [f"  - {word} because: {trend.because}"] if trend.because and (word := reason_word(found)) else []
         lines += [f"  - control: {control_words(control, trend, cases, swept)}" for control in trend.control]
     return lines
+
+
+def finding_words(found: list[TrendFinding], unit: str) -> list[str]:
+    """A line for the most expensive model with its values, and for each other one that does not find the same."""
+    if not found:
+        return ["no model has all of these results"]
+    *others, last = found
+    like = [other.model for other in others if other.verdict == last.verdict]
+    alone = [other.words(unit) for other in others if other.verdict != last.verdict]
+    return [*alone, last.words(unit, f" (so {', '.join(like)})" if like else "")]
 
 
 def reason_word(found: list[TrendFinding]) -> str:
@@ -43,15 +49,12 @@ def count_lines(groups: tuple[Group, ...], results: Results) -> list[str]:
     judged = [
         (group, trend, found[-1]) for group in groups for trend in group.trend if (found := check(trend, results))
     ]
-    named = lambda verdict: [
-        f"{group.title}: {trend.says} ({trend.quantity}; {finding.model})"
-        for group, trend, finding in judged
-        if finding.verdict == verdict
+    count = lambda verdict, among=judged: sum(finding.verdict == verdict for _, _, finding in among)
+    sure = sum(finding.verdict == "agrees" and finding.sure for _, _, finding in judged)
+    by_group = {group.title: [one for one in judged if one[0] is group] for group in groups}
+    return [
+        f"{count('agrees')} of {len(judged)} trends agree by the most expensive model that resolves them, {sure} of"
+        f" these by more than the bars; {count('differs')} differ, {count('same')} show no change above 1 %. By group: "
+        + ", ".join(f"{name} {count('agrees', of)} of {len(of)}" for name, of in by_group.items())
+        + "."
     ]
-    differ, same = named("differs"), named("same")
-    lines = [
-        f"{len(judged) - len(differ) - len(same)} of {len(judged)} trends agree by the most expensive model that"
-        " resolves them."
-    ]
-    lines += [f"{len(differ)} differ: " + "; ".join(differ) + "."] if differ else []
-    return lines + ([f"{len(same)} show no change above 1 %: " + "; ".join(same) + "."] if same else [])

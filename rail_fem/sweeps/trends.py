@@ -10,7 +10,8 @@ Read from a TOML file, so that a study of one's own can state its own:
     [[group.trend]]
     says = "a faster wheel strikes the nose harder"
     quantity = "impact on the wheel"
-    order = ["case_03", "case_02", "case_01"]    # from the smallest to the largest
+    order = ["case_03", "case_02", "case_01"]    # from the smallest to the largest; or of these cases, each:
+                                                 #   exceeds = ["largest wing force"], within = [0, 0.2], in its unit
     published = "129.0, 172.5, 234.0 kN"         # what a source found, as text
     because = "why a model differs"               # shown where one does
 
@@ -28,7 +29,7 @@ file may change the cases that it is about, each before it is run (`rail-fem swe
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Self
@@ -40,13 +41,14 @@ from geometry.path.wheel_path import WheelPath
 from rail_fem.case.casetext import read_as
 from rail_fem.hierarchy import MODELS
 from rail_fem.light.rigid import rigid_path
-from rail_fem.output.events import leg_flight, longest_flight
+from rail_fem.output.events import first_maximum, flights, leg_flight, longest_flight
 from rail_fem.output.low_pass import filtered_force
 from rail_fem.output.quantities import REPORTED, two_now
 from rail_fem.output.result import NAN, PassResult
 from rail_fem.scene.scene import Frozen
 from rail_fem.sweeps.compare import IMPACT, peak
 
+FEW = 5  # cases from which on not each is told
 SAME = 0.01  # relative change below which two values say nothing of a trend
 
 Results = Mapping[str, Mapping[str, PassResult]]  # case -> model -> result
@@ -95,6 +97,48 @@ def length_off_leg(result: PassResult) -> float:
     no leg."""
     flight = leg_flight(result) if "largest_force_wing" in result.peaks else None
     return NAN if flight is None else flight.length
+
+
+def _facing_over_leg(result: PassResult) -> bool:
+    """Whether a facing wheel runs over the leg, by a model that knows it."""
+    known = {"largest_force_leg", "largest_force_wing"} <= set(result.peaks)
+    return known and result.scene.direction_sign > 0 and leg_flight(result) is not None
+
+
+def dip_behind_leg(result: PassResult) -> float:
+    """How far the largest force on the leg brings the crossing's base down below its position at the start, at rest
+    under the static load [m]: to where it first rises again, by more than a tenth of its static sag. NaN trailing, and
+    for a pass that does not run over the leg."""
+    height = result.history["crossing_height"]
+    if not _facing_over_leg(result) or not np.isfinite(height).all():
+        return NAN
+    impact = int(np.searchsorted(result.history["x"], result.peaks["largest_force_leg"].x))
+    rise = 0.1 * result.scene.static_wheel_load / result.scene.foundation.stiffness
+    return float(height[0] - height[impact + first_maximum(-height[impact:], rise)])
+
+
+def length_onto_leg(result: PassResult) -> float:
+    """Of the longest flight that ends before the force first exceeds one and a half times the static load [m]: the
+    wheel drops onto the ramp. NaN as for the dip behind it."""
+    if not _facing_over_leg(result):
+        return NAN
+    struck = np.argmax(result.history["force"] > 1.5 * result.scene.static_wheel_load)
+    onto = [flight for flight in flights(result) if flight.x_end < result.history["x"][struck]]
+    return max((flight.length for flight in onto), default=0.0)
+
+
+def length_behind_nose(result: PassResult) -> float:
+    """Of a facing wheel's longest flight that begins behind the transfer [m]; NaN trailing and without a transfer."""
+    if result.scene.direction_sign < 0 or np.isnan(result.transfer_x) or not len(result.history["x"]):
+        return NAN
+    return max((flight.length for flight in flights(result) if flight.x_start > result.transfer_x), default=0.0)
+
+
+def force_before_nose(result: PassResult) -> float:
+    """The largest within 100 mm before a facing wheel's transfer [N]."""
+    x, force = result.history["x"], result.history.get("force", np.array([]))
+    before = (x < result.transfer_x) & (x > result.transfer_x - 0.1) & (result.scene.direction_sign > 0)
+    return float(np.nanmax(force[before])) if len(force) and before.any() else NAN
 
 
 def _first_impact(body: str, result: PassResult) -> float:
@@ -149,6 +193,12 @@ MEASURES: dict[str, Measure] = {
         f"{body} strain of 1000 mm3": Measure(REPORTED[f"worst_1000_{body}"].of, "%", 100.0, f"worst_1000_{body}")
         for body in ("leg", "wing", "nose")
     },
+    "nose volume above 1 %": Measure(REPORTED["volume_1_nose"].of, "mm3", 1e9, "volume_1_nose"),
+    "integrated wing strain": Measure(REPORTED["integral_wing"].of, "mm3", 1e9, "integral_wing"),
+    "flight onto the leg": Measure(length_onto_leg, "mm", 1e3),
+    "flight behind the nose": Measure(length_behind_nose, "mm", 1e3),
+    "force before the nose": Measure(force_before_nose, "kN", 1e-3),
+    "crossing dip behind the leg": Measure(dip_behind_leg, "mm", 1e3),
     "crossing dip": Measure(largest_dip, "mm", 1e3),
     "crossing depth": Measure(deepest, "mm", 1e3),
     "crossing swing": Measure(swing, "mm", 1e3),
@@ -212,23 +262,49 @@ class ControlExperiment(CaseChanges):
 
 
 class Trend(Frozen):
-    """quantity : of MEASURES;  order : cases from the smallest to the largest value;  unchanged : instead, all values
-    lie within so much of one another, relative;  because : why models differ"""
+    """quantity : of MEASURES;  order : cases from the smallest to the largest value;  instead of that order:
+    unchanged : all values lie within so much of one another, relative;  exceeds : in each case the quantity is larger
+    than these;  within : in each case it lies there, in its unit;  because : why models differ"""
 
     says: str
     quantity: str
-    order: tuple[str, ...] = Field(min_length=2)
+    order: tuple[str, ...] = Field(min_length=1)
     unchanged: float = Field(0.0, ge=0.0, le=1.0)
+    exceeds: tuple[str, ...] = ()
+    within: tuple[float, float] | None = None
     published: str = ""
     because: str = ""
     control: tuple[ControlExperiment, ...] = ()
 
     @model_validator(mode="after")
     def _of_known_quantities(self) -> Trend:
-        for quantity in (self.quantity, *(control.quantity or self.quantity for control in self.control)):
+        controls = (control.quantity or self.quantity for control in self.control)
+        for quantity in (self.quantity, *self.exceeds, *controls):
             if quantity not in MEASURES:
                 raise ValueError(f"quantity '{quantity}'{two_now(quantity) or ' is not one of ' + ', '.join(MEASURES)}")
+        if len(self.order) < 2 and not self.of_each_case:
+            raise ValueError("one case has no order: name two, or say what it exceeds or lies within")
         return self
+
+    @property
+    def of_each_case(self) -> bool:
+        """Whether it says something of each case by itself."""
+        return bool(self.exceeds) or self.within is not None
+
+    @property
+    def statement(self) -> str:
+        """What is to hold, of which cases."""
+        unit = MEASURES[self.quantity].unit
+        if self.of_each_case:
+            held = [f"above {' and '.join(self.exceeds)}"] if self.exceeds else []
+            if self.within:
+                low, high = self.within
+                both = f"{low:g} to {high:g} {unit}" if high > low else f"{low:g} {unit}"
+                held.append(f"at least {low:g} {unit}" if np.isinf(high) else both)
+            cases = ", ".join(self.order) if len(self.order) < FEW else f"{len(self.order)} cases"
+            return f"{self.quantity} {', '.join(held)}: {cases}"
+        within = f", within {100 * self.unchanged:g} %" if self.unchanged else ""
+        return f"{self.quantity}: {(' = ' if self.unchanged else ' < ').join(self.order)}{within}"
 
 
 class Group(Frozen):
@@ -279,41 +355,53 @@ def load_source(path: Path) -> Source:
 @dataclass(frozen=True)
 class TrendFinding:
     """What one model says of a trend. verdict : agrees, differs, same (no change above SAME);  values in the trend's
-    order, shown units, and their error bars, 0 where none is claimed"""
+    order, shown units, and their error bars, 0 where none is claimed;  sure : whether more than the bars decides;
+    against : cases that speak against a statement of each case"""
 
     model: str
     verdict: str
     values: tuple[float, ...]
     bars: tuple[float, ...] = ()
+    sure: bool = True
+    against: tuple[str, ...] = ()
 
-    @property
-    def sure(self) -> bool:
-        """Whether first and last value lie apart by more than their error bars."""
-        return abs(self.values[-1] - self.values[0]) > sum(self.bars[:1] + self.bars[-1:])
-
-    def words(self, unit: str) -> str:
-        """The finding as a line of the page."""
+    def words(self, unit: str, like: str = "") -> str:
+        """The finding as a line of the page. like : which models find the same"""
         bars = self.bars or (0.0,) * len(self.values)
-        shown = [f"{v:.4g}" + (f" +- {bar:.2g}" if bar else "") for v, bar in zip(self.values, bars)]
-        within = "" if self.sure or not any(bars) else " (first and last are not apart by more than their bars)"
-        return f"{self.model} {self.verdict}: {', '.join(shown)} {unit}{within}"
+        shown = [f"{v:.4g}" + (f"±{bar:.3g}" if bar else "") for v, bar in zip(self.values, bars)]
+        against = f" in {len(self.against)} of {len(shown)} ({', '.join(self.against)})" if self.against else ""
+        values = f": {', '.join(shown)} {unit}" if len(shown) < FEW else ""
+        return f"{self.model} {self.verdict}{like}{against}{values}{'' if self.sure else ' (within bars)'}"
 
 
 def check(trend: Trend, results: Results) -> list[TrendFinding]:
     """A finding for every model that resolves the quantity in all cases of the trend, least expensive first."""
-    measure, found = MEASURES[trend.quantity], []
-    for model in MODELS:
-        values = [
-            measure.of(results[case][model]) if model in results.get(case, {}) else np.nan for case in trend.order
-        ]
-        if np.isfinite(values).all():
-            bars = tuple(measure.factor * measure.bar(results[case][model]) for case in trend.order)
-            found.append(
-                TrendFinding(
-                    model, verdict(np.array(values), trend.unchanged), tuple(measure.factor * v for v in values), bars
-                )
-            )
-    return found
+    findings = (_finding(trend, model, [results.get(case, {}).get(model) for case in trend.order]) for model in MODELS)
+    return [finding for finding in findings if finding is not None]
+
+
+def _finding(trend: Trend, model: str, found: list[PassResult | None]) -> TrendFinding | None:
+    """Of one model's results in the trend's order; None where one is missing or does not resolve a quantity."""
+    runs = [result for result in found if result is not None]
+    quantities = [
+        np.array([(m.factor * m.of(run), m.factor * m.bar(run)) for run in runs])
+        for m in (MEASURES[name] for name in (trend.quantity, *trend.exceeds))
+    ]
+    if len(runs) < len(found) or not all(np.isfinite(q[:, 0]).all() for q in quantities):
+        return None
+    (values, bars), others = quantities[0].T, [q.T for q in quantities[1:]]
+    told = TrendFinding(model, "", tuple(map(float, values)), tuple(map(float, bars)))
+    if trend.of_each_case:
+        margins = [(values - other, bars + bar) for other, bar in others]
+        margins += [] if trend.within is None else [(values - trend.within[0], bars), (trend.within[1] - values, bars)]
+        against = [any(margin[i] < 0 for margin, _ in margins) for i in range(len(runs))]
+        sure = all((np.abs(margin) >= bar).all() for margin, bar in margins)
+        cases = tuple(case for case, contradicts in zip(trend.order, against) if contradicts)
+        return replace(told, verdict="differs" if cases else "agrees", sure=sure, against=cases)
+    low, high = (values.argmin(), values.argmax()) if trend.unchanged else (0, -1)
+    apart = abs(values[high] - values[low]) - trend.unchanged * np.abs(values).max()
+    sure = bool(abs(apart) > bars[low] + bars[high] or not bars.any())
+    return replace(told, verdict=verdict(values, trend.unchanged), sure=sure)
 
 
 def verdict(values: np.ndarray, unchanged: float = 0.0) -> str:

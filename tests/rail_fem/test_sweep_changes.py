@@ -21,6 +21,7 @@ from rail_fem.sweeps.sweep import read_cases
 from rail_fem.sweeps.sweep_page import state_lines
 from rail_fem.sweeps.sweep_report import force_table
 from rail_fem.sweeps.trends import (
+    MEASURES,
     CaseChanges,
     ControlExperiment,
     Published,
@@ -118,16 +119,47 @@ def test_the_flight_off_the_leg_is_none_where_the_pass_does_not_run_over_it():
     assert check(trend, {"a": {"fe_full": result}, "b": {"fe_full": late}}) == []
 
 
+def test_the_dip_behind_the_leg_counts_from_the_static_sag():
+    """A sag of 0.5 mm, 0.7 mm more behind the leg, 1.1 mm more at a later landing; trailing nothing is told."""
+    result, dip = over_the_leg(), MEASURES["crossing dip behind the leg"]
+    x = result.history["x"]
+    height = -0.5e-3 - 1e-3 * np.interp(x, [-0.71, -0.6, -0.5, -0.3, -0.1], [0.0, 0.7, 0.2, 1.1, 0.0])
+    sunk = replace(result, history=result.history | {"crossing_height": height})
+    assert dip.factor * dip.of(sunk) == pytest.approx(0.7, abs=1e-3)
+    back = replace(sunk, scene=sunk.scene.replace(direction="trailing"))
+    assert all(np.isnan(MEASURES[name].of(back)) for name in ("crossing dip behind the leg", "flight onto the leg"))
+    assert all(np.isnan(MEASURES[name].of(back)) for name in ("flight behind the nose", "force before the nose"))
+
+
+def test_flights_have_their_place():
+    """Ahead of the first blow on the leg, behind it, behind the transfer: none is another's."""
+    told = lambda result: [
+        MEASURES[f"flight {place}"].of(result) for place in ("onto the leg", "off the leg", "behind the nose")
+    ]
+    off = over_the_leg()
+    struck = replace(
+        off, history=off.history | {"force": np.where(off.history["x"] < -0.71, 2e5, off.history["force"])}
+    )
+    assert told(struck) == pytest.approx([0.0, 0.1, 0.0], abs=3e-3)
+    onto = over_the_leg((-0.75, -0.72))
+    blow = np.where(np.abs(onto.history["x"] + 0.70) < 0.01, 2e5, onto.history["force"])
+    assert told(replace(onto, history=onto.history | {"force": blow}))[0] == pytest.approx(0.03, abs=3e-3)
+    behind = over_the_leg((0.40, 0.45))
+    assert told(behind) == pytest.approx([0.0, 0.0, 0.05], abs=3e-3)
+    before = np.where(np.abs(off.history["x"] - 0.30) < 0.02, 1.7e5, 1e5)
+    assert MEASURES["force before the nose"].of(replace(off, history=off.history | {"force": before})) == 1.7e5
+
+
 def test_the_page_of_such_a_sweep_has_the_leg_in_its_tables(tmp_path):
     result = over_the_leg()
     table = leg_table((Published(case="a", leg_force=263.6),), {"a": {"fe_full": result}})
     assert "| a | 263.6, - | 300.0 at -710; 99," in table[2] and "4.0; 5.0; 7.0 at -690" in table[2]
     head, _, row = force_table({"a": {"fe_full": result}})
-    assert "impact on the wheel, first on the body taking over; largest on leg / wing / nose [kN]" in head
-    assert "| 130.0, 120.0; 300.0 / 110.0 / 110.0 |" in row
+    assert "impact on the wheel, first on the body taking over; largest on leg/wing/nose [kN]" in head
+    assert "| 130.0, 120.0; 300.0/110.0/110.0 |" in row
     other = over_the_leg()
     both = beside_table({"a": {"fe_full": result}, "b": {"fe_full": result}}, {"a": {"fe_full": other}})
-    assert len(both) == 3 and both[2].count("-900 to 800") == 2
+    assert len(both) == 3 and both[2].count("130.0, 120.0; 110.0/110.0 | 360 |") == 2
     assert leg_table((), {"a": {"fe_full": replace(result, peaks={})}}) == []
 
 

@@ -82,9 +82,9 @@ def test_values_are_told_with_their_bars_and_where_these_overlap():
         results[case]["fe_full"] = replace(results[case]["fe_full"], error_bars={"first_impact_on_nose": bar})
     light, full = check(trend, results)
     assert light.words("kN") == "lumped agrees: 100, 120 kN"
-    assert full.sure and full.words("kN") == "fe_full agrees: 100 +- 5, 120 +- 9 kN"
+    assert full.sure and full.words("kN") == "fe_full agrees: 100±5, 120±9 kN"
     results["b"]["fe_full"] = replace(results["b"]["fe_full"], error_bars={"first_impact_on_nose": 15e3})
-    assert check(trend, results)[1].words("kN").endswith("(first and last are not apart by more than their bars)")
+    assert check(trend, results)[1].words("kN").endswith(" kN (within bars)")
 
 
 def test_the_count_goes_by_the_most_expensive_model():
@@ -95,6 +95,51 @@ def test_the_count_goes_by_the_most_expensive_model():
         "b": {"lumped": made("lumped", 2e5), "fe_full": made("fe_full", 1e5)},
     }
     assert count_lines((Group(title="G", cases=("a", "b"), trend=(trend,)),), results)[0].startswith("0 of 1")
+
+
+def test_a_statement_of_each_case_is_judged_case_by_case_and_by_both_bars():
+    """Nose forces of 100 and 200 kN against largest ones of 90 and 210: one speaks against, by 10 kN."""
+    results = {}
+    for case, nose, largest in (("a", 1e5, 0.9e5), ("b", 2e5, 2.1e5)):
+        peaks = {"first_impact_on_nose": Peak(nose, "N"), "largest_force": Peak(largest, "N")}
+        results[case] = {"fe_full": replace(made("fe_full", nose), peaks=peaks)}
+    above = Trend(says="more", quantity="first impact on the nose", exceeds=("largest force",), order=("a", "b"))
+    (found,) = check(above, results)
+    assert (found.verdict, found.against, found.sure) == ("differs", ("b",), True)
+    assert found.words("kN") == "fe_full differs in 1 of 2 (b): 100, 200 kN"
+    assert above.statement == "first impact on the nose above largest force: a, b"
+    bars = {"first_impact_on_nose": 6e3, "largest_force": 5e3}  # together more than the margin
+    results["b"]["fe_full"] = replace(results["b"]["fe_full"], error_bars=bars)
+    assert not check(above, results)[0].sure
+    for bounds, verdict_of in (((0, 150), "differs"), ((1, np.inf), "agrees"), ((100, 100), "differs")):
+        inside = above.model_copy(update={"exceeds": (), "within": bounds})
+        assert check(inside, results)[0].verdict == verdict_of
+    with pytest.raises(ValueError, match="one case has no order"):
+        Trend(says="more", quantity="largest force", order=("a",))
+
+
+def test_what_should_not_change_is_sure_where_no_bar_could_turn_it():
+    """3 % apart where 10 % are allowed: sure by bars of 2 %, not by bars of 5 %."""
+    trend = Trend(says="alike", quantity="first impact on the nose", unchanged=0.1, order=("a", "b"))
+    for bar, sure in ((2e3, True), (5e3, False)):
+        results = {
+            case: {"fe_full": replace(made("fe_full", nose), error_bars={"first_impact_on_nose": bar})}
+            for case, nose in (("a", 1e5), ("b", 1.03e5))
+        }
+        assert [(f.verdict, f.sure) for f in check(trend, results)] == [("agrees", sure)]
+
+
+def test_only_models_that_find_something_else_stand_on_a_line_of_their_own(tmp_path):
+    group = Group(title="G", cases=("a", "b"), trend=(TREND.model_copy(update={"order": ("a", "b"), "because": ""}),))
+    results = {
+        case: {name: made(name, nose) for name in ("lumped", "bem_passage", "fe_full")}
+        | {"rigid_hertz": made("rigid_hertz", 3e5 - nose)}
+        for case, nose in (("a", 1e5), ("b", 2e5))
+    }
+    assert trend_lines(group, results, tmp_path)[1:] == [
+        "  - rigid_hertz differs: 200, 100 kN",
+        "  - fe_full agrees (so lumped, bem_passage): 100, 200 kN",
+    ]
 
 
 def test_the_trends_of_the_thesis_name_cases_that_exist():
@@ -151,7 +196,7 @@ def test_the_page_holds_table_trends_and_figures(tmp_path):
     done = run(tmp_path / "sweep")
     assert done.exit_code == 0, done.output
     page = (tmp_path / "sweep" / "report" / "report.md").read_text()
-    assert "lumped agrees: 100, 200 kN" in page and "| slow |" in page and "published: 1, 2" in page
+    assert "rigid_hertz agrees (so lumped): 100, 200 kN" in page and "| slow |" in page and "published: 1, 2" in page
     assert (
         "1 of 1 trends agree" in page
         and "| 7-13 | `speed.png` |" in page
@@ -186,8 +231,8 @@ def test_a_reason_is_said_only_where_a_model_does_not_agree(tmp_path):
     mixed = {case: of(1e5, 2e5)[case] | of(2e5, 1e5, "lumped")[case] for case in "ab"}
     assert "  - some models differ because" in say(mixed)
     assert count_lines((group(trend),), of(2e5, 1e5)) == [
-        "0 of 1 trends agree by the most expensive model that resolves them.",
-        "1 differ: Speed: faster is harder (first impact on the nose; fe_full).",
+        "0 of 1 trends agree by the most expensive model that resolves them, 0 of these by more than the bars; 1"
+        " differ, 0 show no change above 1 %. By group: Speed 0 of 1."
     ]
 
 
