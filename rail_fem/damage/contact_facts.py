@@ -1,22 +1,25 @@
-"""What is kept of the patches of one pass over a crossing once their cells have been used."""
+"""What is kept of the patches of one pass once their cells have been used."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rail_fem.damage.crossing import PassContacts
 from rail_fem.damage.fatigue import shakedown_point
 from rail_fem.damage.heat import flash_temperature
-from rail_fem.damage.wear import Archard, to_cells
+from rail_fem.damage.rolling import RollingPoint
+from rail_fem.damage.wear import Archard, Patches, to_cells
 
 
 class ContactFacts(NamedTuple):
-    """Of k patches, each (k,). body : 0 wing, 1 nose;  x, y, z of the patch [m];  angle [rad];  tgamma, power (friction
-    work per metre), normal_force [N];  max_pressure [Pa];  load, traction, index : on the shakedown map;  flash :
-    largest temperature [K];  enlarged : factor on its axes;  archard, seized : area per pass by the map's middle, and
-    what of it comes from cells beyond the map's last border of pressure [m2]"""
+    """Of k patches, each (k,). body : 0 wing or a section, 1 nose;  x, y, z of the patch [m], x of a section 0;
+    angle [rad];  tgamma [N];  enlarged : factor on its axes;  power (friction work per metre), normal_force [N];
+    max_pressure [Pa];  load, traction, index : on the shakedown map;  flash : largest temperature [K];  archard,
+    seized : area per pass by the map's middle, and what of it comes from cells beyond the map's last border of
+    pressure [m2]"""
 
     body: np.ndarray
     x: np.ndarray
@@ -24,6 +27,7 @@ class ContactFacts(NamedTuple):
     z: np.ndarray
     angle: np.ndarray
     tgamma: np.ndarray
+    enlarged: np.ndarray
     power: np.ndarray
     normal_force: np.ndarray
     max_pressure: np.ndarray
@@ -31,7 +35,6 @@ class ContactFacts(NamedTuple):
     traction: np.ndarray
     index: np.ndarray
     flash: np.ndarray
-    enlarged: np.ndarray
     archard: np.ndarray
     seized: np.ndarray
 
@@ -44,28 +47,26 @@ class ContactFacts(NamedTuple):
 def facts_of(contacts: PassContacts, hardness: float, shear_yield: float) -> ContactFacts:
     """Of solved patches. hardness of the rail and shear yield stress of its surface [Pa]"""
     if not len(contacts):
-        nothing = dict.fromkeys(ContactFacts._fields, np.zeros(0))
-        return ContactFacts(**nothing)._replace(body=np.zeros(0, int))
-    law, patches, speed = Archard(hardness), contacts.patches, contacts.speed
+        return facts_of_points((), hardness, shear_yield)
+    cells = _of_cells(contacts.patches, contacts.speed, hardness, shear_yield)
     x, y, z = contacts.position.T
-    point = shakedown_point(patches, shear_yield)
+    return ContactFacts(contacts.body, x, y, z, contacts.angle, contacts.tgamma, contacts.enlarged, *cells)
+
+
+def facts_of_points(points: Sequence[RollingPoint], hardness: float, shear_yield: float) -> ContactFacts:
+    """Of points on a section; as of facts_of."""
+    rows = [
+        (0.0, 0.0, *p.position, p.angle, p.tgamma, 1.0, *_of_cells(p.patch, p.speed, hardness, shear_yield))
+        for p in points
+    ]
+    return ContactFacts(*np.array(rows, float).reshape(-1, len(ContactFacts._fields)).T)
+
+
+def _of_cells(patches: Patches, speed: float, hardness: float, shear_yield: float) -> tuple[Any, ...]:
+    """From `power` on."""
+    law, point = Archard(hardness), shakedown_point(patches, shear_yield)
     depth = law.cells(patches, speed) * to_cells(patches.grid.dy)
     seized = np.where(law.seized(patches), depth, 0.0)
-    return ContactFacts(
-        contacts.body,
-        x,
-        y,
-        z,
-        contacts.angle,
-        contacts.tgamma,
-        patches.frictional_power,
-        patches.normal_force,
-        patches.max_pressure,
-        point.load,
-        point.traction,
-        point.index,
-        flash_temperature(patches, speed).max(axis=(1, 2)),
-        contacts.enlarged,
-        depth.sum(axis=(1, 2)),
-        seized.sum(axis=(1, 2)),
-    )
+    flash = flash_temperature(patches, speed).max(axis=(-2, -1))
+    row = patches.frictional_power, patches.normal_force, patches.max_pressure, point.load, point.traction, point.index
+    return *row, flash, depth.sum(axis=(-2, -1)), seized.sum(axis=(-2, -1))

@@ -1,9 +1,10 @@
-"""Figures of a crossing that has worn: sections before and after, depth on the plan, T gamma along it, bands over the
-laws, passes, shakedown map."""
+"""All figures of a damage study; here those of a crossing alone: sections before and after, depth on the plan, T gamma
+along it."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,11 +15,21 @@ from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.crossing_site import CrossingRate, CrossingSite
 from rail_fem.damage.evolution import Evolution
-from rail_fem.damage.figures import MM, UM, label_of, passes_figure, shade_regions, shakedown_figure
-from rail_fem.damage.sites import fatigue_of, laws_of
+from rail_fem.damage.figures import (
+    MM,
+    UM,
+    band_figure,
+    label_of,
+    passes_figure,
+    profiles_figure,
+    shade_regions,
+    shakedown_figure,
+)
+from rail_fem.damage.patch_figure import patches_figure
+from rail_fem.damage.sites import fatigue_of
 from rail_fem.damage.wheel_figure import wheel_figure
 from rail_fem.settings.damage import DamageSettings
-from rail_fem.show.style import BODY, GREY, SKY, lettering, new_figure, save, words_instead
+from rail_fem.show.style import BODY, GREY, lettering, new_figure, save, words_instead
 
 DECADES = 4  # of a depth map
 APART = 40e-3  # of the stations of the sections figure at least [m]
@@ -27,26 +38,24 @@ OUTLINE = 960  # points of a section
 DEEPEST_SHOWN = -20e-3  # of a section [m]
 
 
-def crossing_figures(
-    folder,
-    title: str,
-    settings: DamageSettings,
-    site: CrossingSite,
-    state: Evolution,
-    before: CrossingRate,
-    after: CrossingRate,
+def study_figures(
+    folder: Path, title: str, settings: DamageSettings, site: Any, state: Evolution, before: Any, after: Any
 ) -> list[Path]:
-    """Draw all figures of a crossing that has worn; returns the files."""
+    """Draw all figures of a site that has worn; returns the files."""
     with lettering():
         made = {
-            "sections": sections_figure(title, site, state),
-            "depth_plan": plan_figure(title, settings, site.base, state),
-            "tgamma": tgamma_figure(title, settings, state, before, after),
             "depth_band": band_figure(title, settings, state),
-            "wheel_wear": wheel_figure(title, settings, site, state),
             "passes": passes_figure(title, settings, state),
-            "shakedown": crossing_shakedown(title, settings, before, after),
+            "shakedown": shakedown_figure(title, settings, before, after, state.first.parts),
         }
+        if settings.site == "switch":
+            made["profiles"] = profiles_figure(title, settings, state)
+            made["patches"] = patches_figure(title, settings, state.first, before)
+        else:
+            made["sections"] = sections_figure(title, site, state)
+            made["depth_plan"] = plan_figure(title, settings, site.base, state)
+            made["tgamma"] = tgamma_figure(title, settings, state, before, after)
+            made["wheel_wear"] = wheel_figure(title, settings, site, state)
         return [save(figure, Path(folder) / f"{name}.png") for name, figure in made.items()]
 
 
@@ -176,52 +185,3 @@ def tgamma_figure(title, settings, state: Evolution, before: CrossingRate, after
         fontsize=13,
     )
     return figure
-
-
-def band_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
-    """Deepest wear at every x by each law, and the band between them."""
-    figure = new_figure(8.0)
-    laws, x = laws_of(settings), state.worn.x * MM
-    for b, (axis, body) in enumerate(zip(figure.subplots(2, 1, sharex=True), BODIES, strict=True)):
-        values = np.array([own[b].max(axis=1) for own in state.by_law.values()]) * UM
-        top = max(values.max(), 1e-9)
-        positive = np.where(values.max(axis=0) > 1e-5 * top, 1.0, np.nan)
-        low, high = values.min(axis=0) * positive, values.max(axis=0) * positive
-        axis.fill_between(x, low, high, color=SKY, alpha=0.4, lw=0, label="band over the laws")
-        lead, error = state.depth[b].max(axis=1) * UM * positive, state.error[b].max(axis=1) * UM
-        axis.plot(x, lead, color=BODY[body], lw=1.6, label=laws[settings.law].label)
-        axis.fill_between(
-            x,
-            np.maximum(lead - error, 1e-6 * top),
-            lead + error,
-            color=BODY[body],
-            alpha=0.25,
-            lw=0,
-            label="bound of the blocks' error",
-        )
-        axis.set(yscale="log", ylim=(top * 1e-5, 2 * top), ylabel=f"deepest on the {body} [\u00b5m]")
-        axis.legend(loc="center right" if b == 0 else "center left", fontsize=10)
-    axis.set(xlabel="x along the crossing [mm]")
-    figure.suptitle(
-        f"{title}\ndepth after {state.passes:,.0f} passes by all laws on the leading law's shapes, calibration factor"
-        f" {settings.factor:g}",
-        fontsize=13,
-    )
-    return figure
-
-
-def crossing_shakedown(title: str, settings: DamageSettings, before: CrossingRate, after: CrossingRate) -> Figure:
-    """Passes as paths on the shakedown map, that of the largest share."""
-    series = {}
-    for when, rate in (("first", before), ("at the end", after)):
-        _, own = max(rate.kinds, key=lambda kind: kind[0])
-        for b, body in enumerate(BODIES):
-            facts = own.facts.of(b)
-            series[f"{body}, {when}"] = (
-                facts.traction,
-                facts.load,
-                GREY if when == "first" else BODY[body],
-                True,
-                "o" if b else "s",
-            )
-    return shakedown_figure(title, settings, series)

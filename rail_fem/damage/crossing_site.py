@@ -22,6 +22,7 @@ from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
 from rail_fem.damage.contact_facts import ContactFacts, facts_of
 from rail_fem.damage.crossing import PassContacts, PatchOptions, footprints, table_contacts, wear_field
 from rail_fem.damage.deposit import Footprints, deposit
+from rail_fem.damage.evolution import Rate
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.groove import FlowLaw, Grooves, groove_strips, grooves, held_beyond, mean_under
 from rail_fem.damage.impacts import LargestImpact, largest_impact
@@ -89,33 +90,15 @@ class PassWear:
 
 
 @dataclass(frozen=True, eq=False)
-class CrossingRate:
-    """Mean of the passes by their shares; see rail_fem.damage.evolution.Rate. kinds : each (share, PassWear) without
-    its depths;  grooves : (kinds, 2, 2, m, n) of each kind."""
+class CrossingRate(Rate):
+    """kinds : each (share, PassWear) without its depths;  grooves : (kinds, 2, 2, m, n) of each kind."""
 
-    depth: dict[str, np.ndarray]
-    removed: dict[str, float]
-    beyond: dict[str, float]
-    work: np.ndarray
-    crack: np.ndarray
-    kinds: tuple[tuple[float, PassWear], ...]
     grooves: np.ndarray
-
-    @property
-    def tgamma(self) -> tuple[np.ndarray, np.ndarray]:
-        """T gamma (k,) [N] of all patches, and the shares of their passes (k,)."""
-        values = [own.facts.tgamma for _, own in self.kinds]
-        return np.concatenate(values), np.repeat([share for share, _ in self.kinds], [len(v) for v in values])
 
     @property
     def wheels(self) -> np.ndarray:
         """(kinds, laws, 2, n) mean depths that wheels of each kind lose in one pass of theirs [m]."""
         return np.stack([own.wheel for _, own in self.kinds])
-
-    @property
-    def largest_force(self) -> float:
-        """On either body by any wheel [N]."""
-        return float(max(own.force.max() for _, own in self.kinds))
 
 
 @dataclass(frozen=True, eq=False)

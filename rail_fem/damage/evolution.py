@@ -38,12 +38,30 @@ ROUGHER = 2.0  # times the force of the first block: steel that flows so far rou
 
 class Shape(Protocol):
     """What wears: a line (rail_fem.damage.worn_profile) or surfaces (rail_fem.damage.worn_surface). Depths are arrays
-    of its shape (...)."""
+    of its shape (...); parts are the bodies that numbers and figures keep apart."""
 
     label: str
+    parts: tuple[str, ...]
 
     @property
     def shape(self) -> tuple[int, ...]: ...
+
+    @property
+    def along(self) -> tuple[np.ndarray, str]:
+        """Positions (m,) [m] of the first axis of a part's depths, and what they are."""
+        ...
+
+    def part(self, values: np.ndarray, b: int) -> np.ndarray:
+        """Of values (...) those of one part."""
+        ...
+
+    def place(self, flat: int) -> list[float]:
+        """Coordinates [m] of a place by its flat number in a part."""
+        ...
+
+    def amount(self, depth: np.ndarray) -> float:
+        """Area [m2] or volume [m3] of depths of the whole or of a part."""
+        ...
 
     def worn(self, depth: np.ndarray) -> tuple[Self, float]:
         """After depths (...) [m], and the factor less 1 that kept the volume. Raises WornOutError."""
@@ -63,25 +81,36 @@ class Shape(Protocol):
         ...
 
 
-class Rate(Protocol):
+@dataclass(frozen=True, eq=False)
+class Rate:
     """What a mean pass wears off a shape: depth (...) [m] by law, removed [m2 or m3] by law as the strips have it, what
-    of it lay beyond the shape, friction work per area (...) [J/m2], T gamma (k,) [N] of the points and their shares,
-    largest force [N], crack damage (...) of each place by the contacts on it."""
+    of it lay beyond the shape, friction work per area (...) [J/m2], crack damage (...) of each place by the contacts on
+    it;  kinds : each kind of pass, (share, what it did: `facts` of its patches, largest `force` on each part [N],
+    `hardest` patch of each part)"""
 
     depth: dict[str, np.ndarray]
     removed: dict[str, float]
     beyond: dict[str, float]
     work: np.ndarray
     crack: np.ndarray
+    kinds: tuple[tuple[float, Any], ...]
 
     @property
-    def tgamma(self) -> tuple[np.ndarray, np.ndarray]: ...
+    def tgamma(self) -> tuple[np.ndarray, np.ndarray]:
+        """T gamma (k,) [N] of all patches, and the shares of their passes (k,)."""
+        values = [own.facts.tgamma for _, own in self.kinds]
+        shares = np.repeat([share for share, _ in self.kinds], [len(v) for v in values])
+        return (np.concatenate(values), shares) if len(shares) else (np.zeros(1), np.ones(1))
 
     @property
-    def largest_force(self) -> float: ...
+    def wheels(self) -> np.ndarray | float:
+        """(kinds, laws, 2, n) mean depths that wheels of each kind lose in one pass of theirs [m]; 0 on a section."""
+        return 0.0
 
     @property
-    def wheels(self) -> np.ndarray | float: ...
+    def largest_force(self) -> float:
+        """On any part by any wheel [N]."""
+        return float(max(max(own.force) for _, own in self.kinds))
 
 
 class Site(Protocol):

@@ -1,38 +1,24 @@
-"""Figures of a damage study: profiles before and after, depths with the band over the laws, T gamma, shakedown map."""
+"""Figures of a damage study: profiles before and after, and of any site depths with the band over the laws, passes,
+shakedown map."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rail_fem.damage.evolution import Evolution
-from rail_fem.damage.fatigue import WholeLifeRail, shakedown_limits, shakedown_point
-from rail_fem.damage.patch_figure import patches_figure
-from rail_fem.damage.section import WearRate
+from rail_fem.damage.evolution import Evolution, Rate
+from rail_fem.damage.fatigue import WholeLifeRail, shakedown_limits
 from rail_fem.damage.sites import fatigue_of, laws_of
 from rail_fem.damage.worn_profile import depth_between
 from rail_fem.settings.damage import DamageSettings
-from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, lettering, new_figure, save
+from rail_fem.show.style import BODY, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, new_figure
 
 MM, UM = 1e3, 1e6
 SHOWN_SPOT = 1e-3  # of the deepest: what is less deep is magnified nowhere
 REGION_COLOURS = (("fatigue", "#FBE3D0"), ("mixed", "#F3F0C4"), ("wear", "#DDE9F4"))
-
-
-def section_figures(folder, title, settings: DamageSettings, section, state: Evolution, before, after) -> list[Path]:
-    """Draw all figures of a section that has worn; returns the files."""
-    with lettering():
-        made = {
-            "profiles": profiles_figure(title, settings, state),
-            "depth": depth_figure(title, settings, state),
-            "patches": patches_figure(title, settings, state.first, before),
-            "passes": passes_figure(title, settings, state),
-            "shakedown": section_shakedown(title, settings, before),
-        }
-        return [save(figure, Path(folder) / f"{name}.png") for name, figure in made.items()]
 
 
 def profiles_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
@@ -90,30 +76,35 @@ def _magnified(axis: Axes, state: Evolution, at: int, mark: str) -> None:
     axis.set_title(f"{mark}: at y = {y:.1f}, z = {z:.1f} mm, {worn[at] * UM:.3g} \u00b5m deep", loc="left")
 
 
-def depth_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
-    """Depth along the line by every law."""
-    figure = new_figure(6.5)
-    axis = figure.add_subplot()
-    laws, s = laws_of(settings), state.first.arc_length * MM
-    every = np.array(list(state.by_law.values())) * UM
-    axis.fill_between(s, every.min(axis=0), every.max(axis=0), color=SKY, alpha=0.35, lw=0, label="band over the laws")
-    styles = ("-", "--", "-.", ":", "-", "--", "-.")
-    colours = (GREY, WING, WING, WING, GREEN, PURPLE, TOTAL)
-    for (name, depth), style, colour in zip(state.by_law.items(), styles, colours, strict=False):
-        axis.plot(s, depth * UM, ls=style, lw=1.2, color=colour, label=laws[name].label)
-    axis.plot(s, state.depth * UM, color=NOSE, lw=1.8, label="worn off (leading law, smoothed)")
-    lead = state.depth * UM
-    axis.fill_between(
-        s, lead - state.error * UM, lead + state.error * UM, color=NOSE, alpha=0.3, lw=0, label="error of the blocks"
-    )
-    worn = np.flatnonzero(every.max(axis=0) > 1e-3 * every.max())
-    if len(worn):
-        axis.set(xlim=(s[worn[0]] - 3, s[worn[-1]] + 3), yscale="log", ylim=(1e-4 * every.max(), 2 * every.max()))
-    axis.set(xlabel="along the line, from its gauge side [mm]", ylabel="depth worn off along the normal [\u00b5m]")
-    axis.legend(loc="upper center", fontsize=10)
+def band_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
+    """Deepest wear along each part by each law, and the band between them."""
+    figure = new_figure(8.0)
+    laws, parts, (along, what) = laws_of(settings), state.first.parts, state.first.along
+    panels = figure.subplots(len(parts), 1, sharex=True, squeeze=False)[:, 0]
+    for b, (axis, name) in enumerate(zip(panels, parts, strict=True)):
+        colour = BODY.get(name, NOSE)
+        deepest = lambda values, b=b: state.first.part(values, b).reshape(len(along), -1).max(axis=1) * UM
+        values = np.array([deepest(own) for own in state.by_law.values()])
+        top = max(values.max(), 1e-9)
+        worn = values.max(axis=0) > 1e-5 * top
+        positive = np.where(worn, 1.0, np.nan)
+        low, high = values.min(axis=0) * positive, values.max(axis=0) * positive
+        axis.fill_between(along * MM, low, high, color=SKY, alpha=0.4, lw=0, label="band over the laws")
+        if len(parts) == 1:
+            for law, own, style in zip(state.by_law, values * positive, cycle(("-", "--", "-.", ":"))):
+                axis.plot(along * MM, own, color=GREY, ls=style, lw=1.0, label=laws[law].label)
+        lead, error = deepest(state.depth) * positive, deepest(state.error)
+        axis.plot(along * MM, lead, color=colour, lw=1.6, label=f"{laws[settings.law].label}, smoothed")
+        bound = np.maximum(lead - error, 1e-6 * top), lead + error
+        axis.fill_between(along * MM, *bound, color=colour, alpha=0.25, lw=0, label="bound of the blocks' error")
+        axis.set(yscale="log", ylim=(top * 1e-5, 2 * top), ylabel=f"deepest on the {name} [\u00b5m]")
+        axis.legend(loc="center right" if b == 0 else "center left", fontsize=10)
+    if len(parts) == 1 and worn.any():
+        axis.set_xlim(*(along[worn][[0, -1]] * MM + [-3, 3]))
+    axis.set(xlabel=f"{what} [mm]")
     figure.suptitle(
-        f"{title}\n{state.passes:,.0f} passes, calibration factor {settings.factor:g}: what each law"
-        f" wears off on the leading law's shapes",
+        f"{title}\ndepth after {state.passes:,.0f} passes by all laws on the leading law's shapes, calibration factor"
+        f" {settings.factor:g}",
         fontsize=13,
     )
     return figure
@@ -173,18 +164,9 @@ def shade_regions(axis: Axes, model: WholeLifeRail) -> None:
     axis.set_ylim(0, top)
 
 
-def section_shakedown(title: str, settings: DamageSettings, before: WearRate) -> Figure:
-    """Points of a section's passes on the shakedown map."""
-    points = [
-        shakedown_point(p.patch, settings.shear_yield) for r in before.records for p in r.points if p.side == "left"
-    ]
-    traction, load = [p.traction for p in points], [p.load for p in points]
-    return shakedown_figure(title, settings, {"points of the passes, first shape": (traction, load, NOSE, False, "o")})
-
-
-def shakedown_figure(title: str, settings: DamageSettings, series) -> Figure:
-    """Load factor over traction coefficient, with the limits of point contact. series : label -> (traction
-    coefficients, load factors, colour, joined, marker)"""
+def shakedown_figure(title: str, settings: DamageSettings, before: Rate, after: Rate, parts: tuple[str, ...]) -> Figure:
+    """Load factor over traction coefficient of the patches, a crossing's as paths of the pass of the largest share,
+    with the limits of point contact."""
     figure = new_figure(7.0)
     axis = figure.add_subplot()
     mu = np.linspace(0.005, 0.6, 60)
@@ -200,9 +182,15 @@ def shakedown_figure(title: str, settings: DamageSettings, series) -> Figure:
         label="elastic shakedown, line contact",
     )
     top = 6.0
-    for label, (x, y, colour, joined, marker) in series.items():
-        axis.plot(x, y, color=colour, marker=marker, ms=5, lw=1.0 if joined else 0.0, alpha=0.8, label=label)
-        top = max(top, 1.1 * float(np.max(y, initial=0.0)))
+    paths = len(parts) > 1
+    for when, rate in (("first", before), ("at the end", after)):
+        kinds = [max(rate.kinds, key=lambda kind: kind[0])] if paths else rate.kinds
+        for b, name in enumerate(parts):
+            facts = [own.facts.of(b) for _, own in kinds]
+            x, y = (np.concatenate([getattr(own, of) for own in facts]) for of in ("traction", "load"))
+            look = {"color": GREY if when == "first" else BODY.get(name, NOSE), "marker": "o" if b else "s"}
+            axis.plot(x, y, ms=5, lw=1.0 if paths else 0.0, alpha=0.8, label=f"{name}, {when}", **look)
+            top = max(top, 1.1 * float(np.max(y, initial=0.0)))
     axis.set(
         xlim=(0, 0.6),
         ylim=(0, top),

@@ -27,13 +27,12 @@ def shown_pass(rate: WearRate) -> PassRecord:
         forces = [p.normal_force for p in points_of(record)] + [0.0, 0.0]
         return forces[1], forces[0]
 
-    return max(rate.records, key=second)
+    return max((record for _, record in rate.kinds), key=second)
 
 
 def points_of(record: PassRecord) -> list[RollingPoint]:
     """On the section, the largest force first."""
-    own = [p for p in record.points if p.side == "left"]
-    return sorted(own, key=lambda p: -p.normal_force)[:MOST]
+    return record.on_section[:MOST]
 
 
 def patches_figure(title: str, settings: DamageSettings, line: WornProfile, rate: WearRate) -> Figure:

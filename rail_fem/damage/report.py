@@ -18,69 +18,120 @@ THOUSAND = 1000  # passes to which wear is told
 NARROW = 1.1  # ratio of the times by the laws, below which a time has two digits
 
 
-def section_report(title: str, settings: DamageSettings, found: dict[str, Any]) -> str:
-    """Markdown page of a section that has worn."""
-    laws, years = laws_of(settings), found["years"]
-    contacts = sorted(found["contacts"], key=lambda c: -c["tgamma"])[:4]
-    rows = [
-        [
-            laws[name].label,
-            f"{found['deepest_by_law'][name] * UM:.3g}",
-            f"{found['area_by_law'][name] * 1e6:.4g}",
-            time_in_words(years["to_depth_by_law"][name]),
-        ]
-        for name in found["deepest_by_law"]
-    ]
-    low, high = min(found["deepest_by_law"].values()), max(found["deepest_by_law"].values())
+def study_report(title: str, settings: DamageSettings, found: dict[str, Any]) -> str:
+    """Markdown page of a site that has worn."""
+    crossing, law = found["site"] == "crossing", laws_of(settings)[found["law"]].label
+    force = found["largest_force"]
     lines = [
         f"# {title}",
         "",
-        f"{found['passes']:,.0f} wheel passes; the shape changes by {laws[found['law']].label}, calibration factor"
+        f"{found['passes']:,.0f} wheel passes of {found['kinds']} kind(s); the shape changes by {law}, forces and"
+        f" patches are found anew on the changed shape {found['blocks']} times; calibration factor"
         f" {settings.factor:g} on all laws.{_resets(found)}",
         "",
-        f"**Deepest wear {found['deepest'] * UM:.3g} \u00b5m** (band over the laws"
-        f" {low * UM:.3g} to {high * UM:.3g} \u00b5m),"
-        f" largest T\u03b3 {found['tgamma']['largest']:.0f} N at first,"
-        f" {found['tgamma']['largest_at_end']:.0f} N at the end.",
-        "",
-        _table(["law", "deepest [\u00b5m]", "area [mm\u00b2]", f"time to {settings.depth_limit * MM:g} mm"], rows),
-        "",
-        f"{_cracks(found, 'y, z')} {_to_limit(settings, years, found['seizure_share'])}",
-        "",
-        "## How sure",
-        "",
-        _table(
-            ["source", "size"],
-            [
-                [
-                    "wear law (band above)",
-                    f"{low / found['deepest']:.2g} to {high / found['deepest']:.2g} times"
-                    if found["deepest"]
-                    else "no wear",
-                ],
-                [
-                    "blocks of passes",
-                    f"{found['blocks']} blocks, error {found['block_error']:.2%} of the deepest"
-                    f"{_shortened(settings, found)}",
-                ],
-                ["smoothing along the line", f"{found['smoothing_change']:.2%} of the deepest, at most"],
-                ["wear near a border of Archard's map", f"{found['border_share']:.0%} of the wear at first"],
-                [
-                    "area kept",
-                    f"factor within {found['area_correction']:.1e} of 1 in each step; beyond the section"
-                    f" {found['area_beyond'] * 1e6:.2g} mm\u00b2",
-                ],
-            ],
+        f"Largest force {force['first'] / 1e3:.0f} kN at first, {force['end'] / 1e3:.0f} kN at the end"
+        + (
+            f"; the load goes over at x = {_range(found['transfer']['first'])} mm at first,"
+            f" {_range(found['transfer']['end'])} mm at the end."
+            if crossing
+            else "."
         ),
-        "",
-        "## Hardest contacts at first",
-        "",
-        _contact_table(contacts),
-        "",
-        *([_subsurface(found["subsurface"], settings), ""] if found["subsurface"] else []),
-        *_limits(settings),
+        *(["", *_impacts(found["impacts"])] if crossing else []),
     ]
-    return "\n".join(lines) + "\n"
+    for name, own in found["bodies"].items():
+        lines += ["", f"## {name}", "", *_part(settings, found, own)]
+    lines += _wheels(settings, found)
+    if "sensitivities" in found:
+        rows = [[name, f"{value:+.2f}", f"{error:.2f}"] for name, _, value, error in found["sensitivities"]]
+        lines += [
+            "",
+            "## What drives it",
+            "",
+            "Volume worn off the nose: change in per cent for one per cent of",
+            "",
+            _table(["parameter", "change [%]", "error"], rows),
+            "",
+            "By the wheel's shape, over the case's own: "
+            + ", ".join(f"{name} {_ratio(value)}" for name, value in found["wheel_ratios"].items())
+            + ".",
+        ]
+    lines += ["", "## How sure", "", _table(["source", "size"], _sources(settings, found)), ""]
+    if not crossing:
+        hardest = sorted(found["contacts"], key=lambda c: -c["tgamma"])[:4]
+        lines += ["## Hardest contacts at first", "", _contact_table(hardest), ""]
+    return "\n".join([*lines, *_limits(settings, found.get("flow_before"))]) + "\n"
+
+
+def _removed(found: dict[str, Any]) -> tuple[str, str, float]:
+    """What is removed, its unit, and how many of them a square or cubic metre is."""
+    return ("volume", "mm\u00b3", 1e9) if found["site"] == "crossing" else ("area", "mm\u00b2", 1e6)
+
+
+def _part(settings: DamageSettings, found: dict[str, Any], own: dict[str, Any]) -> list[str]:
+    """Paragraphs and table of one body."""
+    laws, depth, years, end = laws_of(settings), own["deepest_by_law"], own["years"], own["at_end"]
+    what, unit, scale = _removed(found)
+    axes = "x, y" if found["site"] == "crossing" else "y, z"
+    at = lambda name: f"{axes} = {', '.join(f'{v * MM:.1f}' for v in own[name])} mm"
+    rows = [
+        [
+            laws[name].label,
+            f"{depth[name] * UM:.3g}",
+            f"{own['removed_by_law'][name] * scale:.3g}",
+            time_in_words(years["to_depth_by_law"][name]),
+        ]
+        for name in depth
+    ]
+    bounded = f"{own['enlarged_share']:.0%} of the patches bounded by the hardness, " if own["enlarged_share"] else ""
+    below = own["subsurface"]
+    return [
+        f"**Deepest wear {depth[found['law']] * UM:.3g} \u00b5m** by {laws[found['law']].label} (band"
+        f" {min(depth.values()) * UM:.3g} to {max(depth.values()) * UM:.3g} \u00b5m), at {at('deepest_at')}. At first:"
+        f" largest T\u03b3 {own['largest_tgamma']:.0f} N at {at('at')} ({own['region']}), flash temperature there"
+        f" {own['flash_temperature']:.0f} K, largest pressure {own['largest_pressure'] / 1e6:.0f} MPa;"
+        f" {bounded}{own['seizure_share']:.0%} of Archard's wear from cells in seizure. At the end: T\u03b3"
+        f" {end['largest_tgamma']:.0f} N, force {end['largest_force'] / 1e3:.0f} kN, pressure"
+        f" {end['largest_pressure'] / 1e6:.0f} MPa, {end['seizure_share']:.0%} in seizure."
+        + (f" {_subsurface(below, settings)}" if below else "")
+        + (f" At the end {own['subsurface_at_end']['dang_van']:.2f}." if own["subsurface_at_end"] else ""),
+        "",
+        *_flow(own["flow"]),
+        _table(["law", "deepest [\u00b5m]", f"{what} [{unit}]", f"time to {settings.depth_limit * MM:g} mm"], rows),
+        "",
+        f"Crack index {own['crack_index']:.2g} at {at('crack_index_at')} (1: visible cracks, by a function fitted to"
+        f" plain line); a pass over the last shape adds {own['cracks_per_pass'] * 1e6:.2g}e-6 at {at('cracks_at')}."
+        f" {_to_limit(settings, years, end['seizure_share'])}",
+    ]
+
+
+def _sources(settings: DamageSettings, found: dict[str, Any]) -> list[list[str]]:
+    """Rows of what the numbers are uncertain by."""
+    what, unit, scale = _removed(found)
+    rows = [
+        [
+            "blocks of passes",
+            f"{found['blocks']} blocks, bound of their error {found['block_error']:.2%} of the deepest"
+            f"{_shortened(settings, found)}",
+        ],
+        ["smoothing", f"{found['smoothing_change']:.2%} of the deepest, at most"],
+        [
+            what,
+            f"{found['removed'] * scale:.4g} {unit} lost, {found['removed_error']:.1e} from the sum of all strips;"
+            f" {found['removed_beyond'] * scale:.2g} {unit} lay beside the metal",
+        ],
+    ]
+    if found["site"] == "switch":
+        return [
+            *rows,
+            ["wear near a border of Archard's map", f"{found['border_share']:.0%} of the wear at first"],
+            ["area kept", f"factor within {found['area_correction']:.1e} of 1 in each step"],
+        ]
+    along, across = (f"{spread * MM:.2f} mm" for spread in found["spread"])
+    return [
+        *rows,
+        ["the surface spreads a depth by", f"{along} along, {across} across (standard deviation)"],
+        ["contacts too steep for a plan", f"{found['steep_share']:.1%} of the wear at first"],
+    ]
 
 
 def _flow(found: dict[str, Any] | None) -> list[str]:
@@ -99,110 +150,16 @@ def _flow(found: dict[str, Any] | None) -> list[str]:
 
 def _shortened(settings: DamageSettings, found: dict[str, Any]) -> str:
     """Of a study whose told blocks were too long."""
-    if settings.block is None or found["shortest_block"] > 0.999 * min(settings.block, found["passes"]):
+    if (
+        found["site"] == "crossing"
+        or settings.block is None
+        or found["shortest_block"] > 0.999 * min(settings.block, found["passes"])
+    ):
         return ""
     return (
         f"; the shortest of {found['shortest_block']:.3g} passes, where {settings.block:g} at once would pass the"
         f" tolerance of {settings.tolerance:.2%} of the deepest or turned the line over"
     )
-
-
-def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any]) -> str:
-    """Markdown page of passes over a crossing."""
-    laws = laws_of(settings)
-    lines = [
-        f"# {title}",
-        "",
-        f"{found['passes']:,.0f} wheel passes of {found['kinds']} kind(s); wing and nose change by"
-        f" {laws[found['law']].label}, forces and patches are found anew on the changed shape {found['blocks']} times;"
-        f" calibration factor {settings.factor:g} on all laws.{_resets(found)}",
-        "",
-        f"Largest force {found['largest_force']['first'] / 1e3:.0f} kN at first,"
-        f" {found['largest_force']['end'] / 1e3:.0f} kN at the end; the load goes over at x ="
-        f" {_range(found['transfer']['first'])} mm at first, {_range(found['transfer']['end'])} mm at the end.",
-    ]
-    lines += ["", *_impacts(found["impacts"])]
-    for body, own in found["bodies"].items():
-        depth, years = own["deepest_by_law"], own["years"]
-        lead, low, high = depth[found["law"]], min(depth.values()), max(depth.values())
-        rows = [
-            [
-                laws[name].label,
-                f"{depth[name] * UM:.3g}",
-                f"{own['volume_by_law'][name] * 1e9:.3g}",
-                time_in_words(years["to_depth_by_law"][name]),
-            ]
-            for name in depth
-        ]
-        lines += [
-            "",
-            f"## {body}",
-            "",
-            f"**Deepest wear {lead * UM:.3g} \u00b5m** by {laws[found['law']].label} (band {low * UM:.3g}"
-            f" to {high * UM:.3g}"
-            f" \u00b5m), at x = {own['deepest_at'][0] * MM:.0f}, y = {own['deepest_at'][1] * MM:.1f} mm. At first:"
-            f" largest T\u03b3 {own['largest_tgamma']:.0f} N at x = {own['at'] * MM:.0f} mm"
-            f" ({own['region']}), flash"
-            f" temperature there {own['flash_temperature']:.0f} K, largest pressure"
-            f" {own['largest_pressure'] / 1e6:.0f} MPa;"
-            f" {own['enlarged_share']:.0%} of the patches bounded by the hardness, {own['seizure_share']:.0%} of"
-            f" Archard's wear from cells in seizure. At the end: T\u03b3 {own['at_end']['largest_tgamma']:.0f} N,"
-            f" force {own['at_end']['largest_force'] / 1e3:.0f} kN,"
-            f" pressure {own['at_end']['largest_pressure'] / 1e6:.0f} MPa,"
-            f" {own['at_end']['seizure_share']:.0%} in seizure. {_subsurface(own['subsurface'], settings)}"
-            + (f" At the end {own['subsurface_at_end']['dang_van']:.2f}." if own["subsurface_at_end"] else ""),
-            "",
-            *_flow(own["flow"]),
-            _table(
-                ["law", "deepest [\u00b5m]", "volume [mm\u00b3]", f"time to {settings.depth_limit * MM:g} mm"], rows
-            ),
-            "",
-            f"{_cracks(own, 'x, y')} {_to_limit(settings, years, own['at_end']['seizure_share'])}",
-        ]
-    lines += _wheels(settings, found)
-    if "sensitivities" in found:
-        rows = [[name, f"{value:+.2f}", f"{error:.2f}"] for name, _, value, error in found["sensitivities"]]
-        lines += [
-            "",
-            "## What drives it",
-            "",
-            "Volume worn off the nose: change in per cent for one per cent of",
-            "",
-            _table(["parameter", "change [%]", "error"], rows),
-            "",
-            "By the wheel's shape, over the case's own: "
-            + ", ".join(f"{name} {_ratio(value)}" for name, value in found["wheel_ratios"].items())
-            + ".",
-        ]
-    lines += [
-        "",
-        "## How sure",
-        "",
-        _table(
-            ["source", "size"],
-            [
-                [
-                    "blocks of passes",
-                    f"{found['blocks']} blocks, bound of their error {found['block_error']:.1%} of the deepest",
-                ],
-                ["smoothing in plan", f"{found['smoothing_change']:.2%} of the deepest, at most"],
-                [
-                    "the surface spreads a depth by",
-                    f"{found['spread'][0] * MM:.2f} mm along, {found['spread'][1] * MM:.2f} mm across"
-                    " (standard deviation)",
-                ],
-                [
-                    "volume",
-                    f"{found['volume_removed'] * 1e9:.4g} mm\u00b3 lost, {found['volume_error']:.1e} from the sum of"
-                    f" all strips; {found['volume_beyond'] * 1e9:.2g} mm\u00b3 lay beside the metal",
-                ],
-                ["contacts too steep for a plan", f"{found['steep_share']:.1%} of the wear at first"],
-            ],
-        ),
-        "",
-        *_limits(settings, found["flow_before"]),
-    ]
-    return "\n".join(lines) + "\n"
 
 
 def _wheels(settings: DamageSettings, found: dict[str, Any]) -> list[str]:
@@ -295,34 +252,22 @@ def _limits(settings: DamageSettings, before: dict[str, float] | None = None) ->
 def _contact_table(contacts: list[dict[str, Any]]) -> str:
     rows = [
         [
-            f"{c['position'][0] * MM:.1f}, {c['position'][1] * MM:.1f}",
+            f"{c['y'] * MM:.1f}, {c['z'] * MM:.1f}",
             f"{c['normal_force'] / 1e3:.1f}",
-            f"{c['largest_pressure'] / 1e6:.0f}",
+            f"{c['max_pressure'] / 1e6:.0f}",
             f"{np.degrees(c['angle']):.0f}",
             f"{c['tgamma']:.1f}",
-            f"{c['friction_power']:.1f}",
+            f"{c['power']:.1f}",
             c["region"],
-            f"{c['load_factor']:.1f}",
+            f"{c['load']:.1f}",
             f"{c['traction']:.2f}",
-            f"{c['fatigue_index']:+.2f}",
-            f"{c['flash_temperature']:.0f}",
+            f"{c['index']:+.2f}",
+            f"{c['flash']:.0f}",
         ]
         for c in contacts
     ]
-    head = [
-        "y, z [mm]",
-        "N [kN]",
-        "p0 [MPa]",
-        "angle [\u00b0]",
-        "T\u03b3 [N]",
-        "friction power per speed [N]",
-        "region",
-        "p0/k",
-        "T/N",
-        "fatigue index",
-        "flash [K]",
-    ]
-    return _table(head, rows)
+    head = ["y, z [mm]", "N [kN]", "p0 [MPa]", "angle [\u00b0]", "T\u03b3 [N]", "friction power per speed [N]"]
+    return _table([*head, "region", "p0/k", "T/N", "fatigue index", "flash [K]"], rows)
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:
@@ -335,15 +280,6 @@ def _resets(found: dict[str, Any]) -> str:
     return (
         f" Ground or welded {found['resets']:.0f} time(s), {found['height_ground_off'] * MM:.3g} mm of height ground"
         " off; all depths below are since the last time."
-    )
-
-
-def _cracks(own: dict[str, Any], axes: str) -> str:
-    """Cracks at their own places, so far and by a pass."""
-    at = lambda name: f"{axes} = {', '.join(f'{v * MM:.1f}' for v in own[name])} mm"
-    return (
-        f"Crack index {own['crack_index']:.2g} at {at('crack_index_at')} (1: visible cracks, by a function fitted to"
-        f" plain line); a pass over the last shape adds {own['cracks_per_pass'] * 1e6:.2g}e-6 at {at('cracks_at')}."
     )
 
 

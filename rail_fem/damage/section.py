@@ -10,9 +10,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bem.patch import Patch
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.profile import Profile
 from geometry.wheelset import RailPosition, Track, Wheelset
+from rail_fem.damage.contact_facts import ContactFacts, facts_of_points
+from rail_fem.damage.evolution import Rate
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.rolling import Rolling, RollingPoint, equilibrium_on_yielding_rails, roll
 from rail_fem.damage.wear import Archard, WearLaw, friction_work
@@ -35,49 +38,42 @@ class Passing:
 
 @dataclass(frozen=True, eq=False)
 class PassRecord:
-    """What one kind of pass did: its points on the worn rail, and the lateral position it took [m]."""
+    """What one kind of pass did: its points on the worn rail, the lateral position it took [m], facts of its points on
+    the section."""
 
     passing: Passing
     points: tuple[RollingPoint, ...]
     lateral: float
+    facts: ContactFacts
+
+    @property
+    def on_section(self) -> list[RollingPoint]:
+        """Its points there, the largest force first."""
+        return sorted((p for p in self.points if p.side == "left"), key=lambda p: -p.normal_force)
+
+    @property
+    def force(self) -> tuple[float]:
+        """Largest on the section, normal [N]."""
+        return (max((p.normal_force for p in self.on_section), default=0.0),)
+
+    @property
+    def hardest(self) -> tuple[Patch | None]:
+        """Patch of that force; None where none carries."""
+        return (self.on_section[0].patch if self.on_section else None,)
 
 
 @dataclass(frozen=True, eq=False)
-class WearRate:
-    """What a pass wears off on average: depth (n,) [m] at the nodes for each law, removed: area [m2] for each law as
-    its strips have it, area that lay beyond the section's ends [m2], friction work (n,) per area at the nodes
-    [J/m2], crack damage (n,) under the patches, share of Archard's wear near a border of its map."""
+class WearRate(Rate):
+    """kinds : each (share, PassRecord);  border_share : of Archard's wear near a border of its map."""
 
-    depth: dict[str, np.ndarray]
-    removed: dict[str, float]
-    beyond: dict[str, float]
-    work: np.ndarray
-    crack: np.ndarray
     border_share: float
-    records: tuple[PassRecord, ...]
-
-    @property
-    def tgamma(self) -> tuple[np.ndarray, np.ndarray]:
-        """T gamma (k,) [N] of all points on the section, and the shares of their passes (k,)."""
-        rows = [(p.tgamma, r.passing.weight) for r in self.records for p in r.points if p.side == "left"]
-        values, shares = np.array(rows or [(0.0, 1.0)]).T
-        return values, shares
-
-    @property
-    def wheels(self) -> float:
-        """0: wear of the wheels is followed on a crossing."""
-        return 0.0
-
-    @property
-    def largest_force(self) -> float:
-        """Of all points on the section, normal [N]."""
-        return max((p.normal_force for r in self.records for p in r.points if p.side == "left"), default=0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Section:
     """The left rail's position is that of `track`, whatever wears. laws : by name; factor : of calibration on all of
-    them;  lateral_stiffness : of one rail [N/m];  fatigue : damage of a contact by its T gamma"""
+    them;  lateral_stiffness : of one rail [N/m];  fatigue : damage of a contact by its T gamma;  hardness,
+    shear_yield [Pa] : of its steel"""
 
     track: Track
     passings: tuple[Passing, ...]
@@ -86,6 +82,8 @@ class Section:
     lateral_stiffness: float = np.inf
     back_to_back: float = 1.360
     fatigue: WholeLifeRail = WholeLifeRail()
+    hardness: float = 2.6e9
+    shear_yield: float = 300e6
     positions: dict[int, float] = field(default_factory=dict, repr=False)  # found last, to begin from
 
     def __post_init__(self) -> None:
@@ -140,8 +138,9 @@ class Section:
             )
             at = _middle(state)
             self.positions[k] = at
-            points = tuple(point for point in roll(search, state, p.rolling))
-            found.append(PassRecord(p, points, at))
+            points = roll(search, state, p.rolling)
+            left = [point for point in points if point.side == "left"]
+            found.append(PassRecord(p, points, at, facts_of_points(left, self.hardness, self.shear_yield)))
         return tuple(found)
 
     def flowed(self, shape: WornProfile, rate: WearRate, passes: float) -> WornProfile:
@@ -177,7 +176,8 @@ class Section:
                 work += worn.deposit(centre, point.outwards, weight * friction_work(patch), patch.grid.dy)[0]
                 fallen = np.full(patch.grid.ny, weight * float(self.fatigue.damage(point.tgamma)))
                 crack += worn.deposit(centre, point.outwards, fallen, patch.grid.dy)[0]
-        return WearRate(depth, area, beyond, work, crack, near[0] / near[1] if near[1] else 0.0, records)
+        kinds = tuple((record.passing.weight, record) for record in records)
+        return WearRate(depth, area, beyond, work, crack, kinds, near[0] / near[1] if near[1] else 0.0)
 
 
 def _middle(state) -> float:

@@ -64,7 +64,9 @@ def studies_table(folders: list[Path]) -> str:
     """Markdown table, a row for each part of each study. Errors: ComparisonError."""
     rows = []
     for name, facts in studies_facts(folders).items():
-        for part, own in _parts(facts).items():
+        if "bodies" not in facts:
+            raise ComparisonError(f"{name}: a study of a switch by an earlier version of the program: do it again")
+        for part, own in facts["bodies"].items():
             band = list(own["deepest_by_law"].values())
             rows.append(
                 [
@@ -74,20 +76,8 @@ def studies_table(folders: list[Path]) -> str:
                     f"{own['deepest_by_law'][facts['law']] * UM:.3g}",
                     f"{min(band) * UM:.3g} to {max(band) * UM:.3g}",
                     f"{facts['block_error']:.1%}",
-                    f"{own['tgamma'][0]:.0f}, {own['tgamma'][1]:.0f}",
+                    f"{own['largest_tgamma']:.0f}, {own['at_end']['largest_tgamma']:.0f}",
                     time_in_words(own["years"]["to_limit"]),
                 ]
             )
     return "\n".join(markdown_table(HEAD, rows))
-
-
-def _parts(facts: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    if facts["site"] == "switch":
-        first = facts["tgamma"]
-        own = {name: facts[name] for name in ("deepest_by_law", "years")}
-        return {"section": own | {"tgamma": (first["largest"], first["largest_at_end"])}}
-    return {
-        body: {name: own[name] for name in ("deepest_by_law", "years")}
-        | {"tgamma": (own["largest_tgamma"], own["at_end"]["largest_tgamma"])}
-        for body, own in facts["bodies"].items()
-    }

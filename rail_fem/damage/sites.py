@@ -134,6 +134,8 @@ def switch_section(scene: Scene, settings: DamageSettings) -> Section:
         site.rail_stiffness,
         scene.back_to_back,
         fatigue_of(settings),
+        settings.hardness,
+        settings.shear_yield,
     )
 
 

@@ -19,16 +19,14 @@ import numpy as np
 from geometry.profiles.formats.by_suffix import write_profile
 from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.case.casefile import Case
-from rail_fem.damage.crossing_figures import crossing_figures
-from rail_fem.damage.crossing_summary import crossing_summary
+from rail_fem.damage.crossing_figures import study_figures
 from rail_fem.damage.drivers import sensitivities, wheel_ratios
 from rail_fem.damage.evolution import Evolution, begin, evolve
-from rail_fem.damage.figures import section_figures
 from rail_fem.damage.flow import flow_digest, read_flow
-from rail_fem.damage.report import crossing_report, section_report
+from rail_fem.damage.report import study_report
 from rail_fem.damage.sites import crossing_site, stepping_of, switch_section
 from rail_fem.damage.study_state import read_state, state_arrays, write_state
-from rail_fem.damage.summary import section_summary
+from rail_fem.damage.summary import summary
 from rail_fem.output.progress import Progress
 from rail_fem.output.runfolder import digest, held, prepare_folder
 from rail_fem.scene.scene import Wheel
@@ -104,10 +102,7 @@ def run_study(
             say(f"{folder}: finished already; --overwrite begins again")
             return
         with PassProgress(folder, title=case.title) as progress:
-            if settings.site == "switch":
-                _wear_section(case, settings, folder, goes_on, digest(mark), progress, say)
-            else:
-                _wear_crossing(case, settings, folder, goes_on, digest(mark), progress, say, workers)
+            _study(case, settings, folder, goes_on, digest(mark), progress, say, workers)
     say((folder / REPORT).read_text(encoding="utf-8"))
 
 
@@ -125,42 +120,31 @@ def _wear(case, settings, site, folder, goes_on, identity, progress, say) -> Evo
     return state
 
 
-def _wear_section(case, settings, folder, goes_on, identity, progress, say) -> None:
-    section = switch_section(case.scene, settings)
-    state = _wear(case, settings, section, folder, goes_on, identity, progress, say)
-    before = section.afresh().rate(state.first)
-    section.start_from(state.starts)
-    after = section.rate(state.worn)
-    summary = section_summary(case.scene, settings, section, state, before, after)
-    for name, profile in (("before", state.first), ("after", state.worn)):
-        write_profile(folder / f"profile_{name}.txt", profile.profile.points, "rail", f"{profile.label}, {name} wear")
-    _write_results(folder, summary, state_arrays(state))
-    section_figures(folder / "figures", in_lines(case.title), settings, section, state, before, after)
-    write_text_atomically(folder / REPORT, section_report(case.title, settings, summary))
-
-
-def _wear_crossing(case, settings, folder, goes_on, identity, progress, say, workers: int) -> None:
-    run = case.runs.get("rigid_hertz")
+def _study(case, settings, folder, goes_on, identity, progress, say, workers: int) -> None:
+    run, flow, flow_before = case.runs.get("rigid_hertz"), flow_file(case, settings), None
+    crossing = settings.site == "crossing"
     with ExitStack() as stack:
-        pool = stack.enter_context(ProcessPoolExecutor(workers, initializer=end_with_parent)) if workers > 1 else None
-        flow = flow_file(case, settings)
-        site = crossing_site(case.scene, settings, run, pool)
-        before_wear = None
+        pooled = crossing and workers > 1
+        pool = stack.enter_context(ProcessPoolExecutor(workers, initializer=end_with_parent)) if pooled else None
+        site: Any = crossing_site(case.scene, settings, run, pool) if crossing else switch_section(case.scene, settings)
         if flow is not None:
             flowed, (low, high) = read_flow(flow, case.scene, site.grid)
-            site, before_wear = replace(site, flow=flowed), {"deepest": flowed.max(), "start": low, "end": high}
-        before = site.rate(site.first())
+            site, flow_before = replace(site, flow=flowed), {"deepest": flowed.max(), "start": low, "end": high}
+        before = site.afresh().rate(site.first())
         state = _wear(case, settings, site, folder, goes_on, identity, progress, say)
+        site.start_from(state.starts)
         after = site.rate(state.worn)
-    summary = crossing_summary(settings, state, before, after)
-    summary["flow_before"] = before_wear
-    if settings.sensitivities:
-        found = sensitivities(case.scene, settings, run)
-        summary["sensitivities"] = [[s.name, s.base, s.elasticity, s.error] for s in found]
-        summary["wheel_ratios"] = wheel_ratios(case.scene, settings, run)
-    _write_results(folder, summary, state_arrays(state))
-    crossing_figures(folder / "figures", in_lines(case.title), settings, site, state, before, after)
-    write_text_atomically(folder / REPORT, crossing_report(case.title, settings, summary))
+    found = summary(settings, state, before, after) | {"flow_before": flow_before}
+    if crossing and settings.sensitivities:
+        drivers = sensitivities(case.scene, settings, run)
+        found["sensitivities"] = [[s.name, s.base, s.elasticity, s.error] for s in drivers]
+        found["wheel_ratios"] = wheel_ratios(case.scene, settings, run)
+    if not crossing:
+        for name, line in (("before", state.first), ("after", state.worn)):
+            write_profile(folder / f"profile_{name}.txt", line.profile.points, "rail", f"{line.label}, {name} wear")
+    _write_results(folder, found, state_arrays(state))
+    study_figures(folder / "figures", in_lines(case.title), settings, site, state, before, after)
+    write_text_atomically(folder / REPORT, study_report(case.title, settings, found))
 
 
 def _write_results(folder: Path, summary: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:

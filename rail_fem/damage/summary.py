@@ -1,4 +1,4 @@
-"""What a section that has worn shows, in numbers: bands over the laws, errors, T gamma, fatigue, years."""
+"""What a site that has worn shows, in numbers: bands over the laws, errors, forces, T gamma, fatigue, years."""
 
 from __future__ import annotations
 
@@ -7,63 +7,185 @@ from typing import Any
 
 import numpy as np
 
+from rail_fem.damage.contact_facts import ContactFacts
 from rail_fem.damage.crossing_site import CrossingRate
-from rail_fem.damage.evolution import Evolution
-from rail_fem.damage.fatigue import shakedown_point
-from rail_fem.damage.heat import flash_temperature
-from rail_fem.damage.rolling import RollingPoint
-from rail_fem.damage.section import Section, WearRate
+from rail_fem.damage.evolution import Evolution, Rate
 from rail_fem.damage.sites import fatigue_of, maintenance_of, subsurface_of
 from rail_fem.damage.traffic import EXTRAPOLATED, Event, life
-from rail_fem.damage.wear import Archard
-from rail_fem.scene.scene import Scene
+from rail_fem.damage.wheel_wear import wheel_lines
+from rail_fem.damage.worn_surface import STEEPEST
 from rail_fem.settings.damage import DamageSettings
 
 
-def section_summary(
-    scene: Scene, settings: DamageSettings, section: Section, state: Evolution, before: WearRate, after: WearRate
-) -> dict[str, Any]:
-    """Numbers of a section that has worn [SI]."""
-    model = fatigue_of(settings)
-    points = [(r.passing.weight, p) for r in before.records for p in r.points if p.side == "left"]
-    hardest = max((p for _, p in points), key=lambda p: p.normal_force, default=None)
-    last = [(r.passing.weight, p) for r in after.records for p in r.points if p.side == "left"]
-    cracks = crack_facts(state.crack, after.crack)
-    bands = {name: float(depth.max()) for name, depth in state.by_law.items()}
-    removed = float((state.depth * state.first.widths).sum())
-    deepest = float(state.depth.max())
+def summary(settings: DamageSettings, state: Evolution, before: Rate, after: Rate) -> dict[str, Any]:
+    """Numbers of a site that has worn [SI], those of each part in `bodies`; what is removed is an area of a section, a
+    volume of a crossing."""
+    rates = end_rates(settings, state, after)
+    parts = {name: _part(settings, state, before, after, rates, b) for b, name in enumerate(state.first.parts)}
+    removed, strips = state.first.amount(state.depth), state.removed - state.beyond
+    own = _of_crossing if isinstance(before, CrossingRate) else _of_section
     return {
-        "site": "switch",
+        "site": settings.site,
         "passes": state.passes,
         "law": settings.law,
         "resets": state.resets,
         "height_ground_off": state.lost,
-        "deepest": deepest,
-        "deepest_by_law": bands,
-        "area_by_law": {name: float((d * state.first.widths).sum()) for name, d in state.by_law.items()},
-        "area_of_strips": state.removed,
-        "area_beyond": state.beyond,
-        "area_removed": removed,
+        "kinds": len(before.kinds),
+        "deepest": state.deepest,
+        "bodies": {name: found for name, found in parts.items() if found},
         "blocks": len(state.log),
         "shortest_block": shortest_block(state),
         "block_error": state.block_error,
-        "smoothing_change": state.smoothing / deepest if deepest > 0 else 0.0,
-        "area_correction": state.correction,
-        "border_share": before.border_share,
-        "tgamma": {"largest": max((p.tgamma for _, p in points), default=0.0)} | _end_tgamma(after),
-        "subsurface": None if hardest is None else subsurface_of(hardest.patch, settings),
-        "contacts": [_contact(weight, p, p.position, section, settings, model) for weight, p in points],
-        "seizure_share": seized_share(settings, last),
-        **cracks,
-        **{name: state.first.points[cracks[name]].tolist() for name in ("crack_index_at", "cracks_at")},
-        "years": years_of(
-            settings,
-            state,
-            state.by_law | {settings.law: state.depth},
-            end_rates(settings, state, after),
-            (state.crack, after.crack),
-        ),
+        "smoothing_change": state.smoothing / state.deepest if state.deepest > 0 else 0.0,
+        "removed": removed,
+        "removed_of_strips": state.removed,
+        "removed_beyond": state.beyond,
+        "removed_error": abs(removed - strips) / strips if strips > 0 else 0.0,
+        "largest_force": {"first": before.largest_force, "end": after.largest_force},
+        "wheels": _wheels(settings, state, before),
+        **own(settings, state, before, after),
     }
+
+
+def _of_section(settings: DamageSettings, state: Evolution, before: Any, after: Any) -> dict[str, Any]:
+    """What only a section has."""
+    model = fatigue_of(settings)
+    contacts = [
+        {"weight": share, "region": model.region(float(row["tgamma"]))} | row
+        for share, own in before.kinds
+        for row in ({k: float(v[i]) for k, v in own.facts._asdict().items()} for i in range(len(own.facts.x)))
+    ]
+    return {"area_correction": state.correction, "border_share": before.border_share, "contacts": contacts}
+
+
+def _of_crossing(settings: DamageSettings, state: Evolution, before: Any, after: Any) -> dict[str, Any]:
+    """What only a crossing has."""
+    rates = (("first", before), ("end", after))
+    return {
+        "spread": state.worn.spread,
+        "steep_share": _steep_share(before),
+        "impacts": {when: _impacts(rate) for when, rate in rates},
+        "transfer": {when: [own.transfer for _, own in rate.kinds] for when, rate in rates},
+    }
+
+
+def _part(
+    settings: DamageSettings, state: Evolution, before: Rate, after: Rate, rates: dict[str, np.ndarray], b: int
+) -> dict[str, Any] | None:
+    """Numbers of one part; None where no wheel meets it."""
+    first = [(share, own.facts.of(b)) for share, own in before.kinds]
+    if not any(len(facts.x) for _, facts in first):
+        return None
+    shape, lead = state.first, settings.law
+    every = {law: shape.part(own, b) for law, own in (state.by_law | {lead: state.depth}).items()}
+    hardest = max((facts for _, facts in first if len(facts.x)), key=lambda facts: facts.tgamma.max())
+    k = int(np.argmax(hardest.tgamma))
+    crack = shape.part(state.crack, b), shape.part(after.crack, b)
+    cracks = crack_facts(*crack)
+    enlarged = np.concatenate([facts.enlarged for _, facts in first]) > 1
+    coordinates = (hardest.y, hardest.z) if settings.site == "switch" else (hardest.x, hardest.y)
+    return {
+        "deepest_by_law": {law: float(own.max()) for law, own in every.items()},
+        "deepest_at": shape.place(int(np.argmax(every[lead]))),
+        "removed_by_law": {law: shape.amount(shape.part(own, b)) for law, own in state.by_law.items()},
+        "largest_tgamma": float(hardest.tgamma[k]),
+        "at": [float(values[k]) for values in coordinates],
+        "region": fatigue_of(settings).region(float(hardest.tgamma[k])),
+        "largest_pressure": float(max(facts.max_pressure.max() for _, facts in first if len(facts.x))),
+        "flash_temperature": float(hardest.flash[k]),
+        "enlarged_share": float(enlarged.mean()),
+        "seizure_share": _seized(first),
+        **cracks,
+        **{name: shape.place(cracks[name]) for name in ("crack_index_at", "cracks_at")},
+        "at_end": _end(after, b),
+        "subsurface": _subsurface(before, b, settings),
+        "subsurface_at_end": _subsurface(after, b, settings),
+        "years": years_of(settings, state, every, {law: shape.part(own, b) for law, own in rates.items()}, crack),
+        "flow": _flow(state, b),
+    }
+
+
+def _seized(kinds: Sequence[tuple[float, ContactFacts]]) -> float:
+    """Of the wear by Archard's map, what comes from cells in seizure."""
+    archard, seized = (sum(share * getattr(f, name).sum() for share, f in kinds) for name in ("archard", "seized"))
+    return float(seized / archard) if archard > 0 else 0.0
+
+
+def _end(after: Rate, b: int) -> dict[str, float]:
+    kinds = [(share, own.facts.of(b)) for share, own in after.kinds]
+    largest = lambda name: float(max((getattr(f, name).max(initial=0.0) for _, f in kinds), default=0.0))
+    return {
+        "largest_tgamma": largest("tgamma"),
+        "largest_pressure": largest("max_pressure"),
+        "largest_force": float(max((own.force[b] for _, own in after.kinds), default=0.0)),
+        "seizure_share": _seized(kinds),
+    }
+
+
+def _subsurface(rate: Rate, b: int, settings: DamageSettings) -> dict[str, float] | None:
+    """Under the patch of the largest force on a part by any wheel."""
+    patches = [patch for _, own in rate.kinds if (patch := own.hardest[b]) is not None]
+    return subsurface_of(max(patches, key=lambda patch: patch.normal_force), settings) if patches else None
+
+
+def _flow(state: Evolution, b: int) -> dict[str, Any] | None:
+    """What plastic flow did to a body: where and how deep, how much of the largest loss of height it is."""
+    worn = state.worn
+    if getattr(worn, "flow", None) is None:
+        return None
+    flow, lowered = worn.flow[b], worn.lowered[b]
+    i, j = np.unravel_index(int(np.argmax(lowered)), lowered.shape)
+    return {
+        "deepest": float(flow.max()),
+        "heap": float(-flow.min()),
+        "volume_moved": float(np.maximum(flow, 0.0).sum() * worn.cell),
+        "strain": float(worn.strain[b].max()),
+        "lowered": float(lowered[i, j]),
+        "lowered_at": [float(worn.x[i]), float(worn.y[j])],
+        "share": float(flow[i, j] / lowered[i, j]) if lowered[i, j] > 0 else 0.0,
+    }
+
+
+def _wheels(settings: DamageSettings, state: Evolution, rate: Rate) -> list[dict[str, Any]]:
+    """What a wheel of each kind would have lost, had it made all the passes: deepest [m], section [m2] and volume [m3]
+    by each law, where on the profile [m] and how much of it on the nose."""
+    wheels = np.asarray(state.wheels)
+    if not wheels.ndim:
+        return []
+    y, names = wheel_lines(settings.plan_spacing), list(state.by_law)
+    found = []
+    for (share, own), bodies in zip(rate.kinds, wheels, strict=True):
+        depth = bodies.sum(axis=1)
+        lead = names.index(settings.law)
+        volume = (bodies * own.circumference).sum(axis=2) * (y[1] - y[0])
+        total = float(volume[lead].sum())
+        found.append(
+            {
+                "kind": own.label,
+                "share": share,
+                "deepest_by_law": dict(zip(names, map(float, depth.max(axis=1)), strict=True)),
+                "deepest_at": float(y[np.argmax(depth[lead])]),
+                "section_by_law": dict(zip(names, map(float, depth.sum(axis=1) * (y[1] - y[0])), strict=True)),
+                "volume_by_law": dict(zip(names, map(float, volume.sum(axis=1)), strict=True)),
+                "nose_share": float(volume[lead, 1]) / total if total > 0 else 0.0,
+            }
+        )
+    return found
+
+
+def _steep_share(rate: CrossingRate) -> float:
+    """Share of the wear by contacts too steep for a plan."""
+    total = steep = 0.0
+    for share, own in rate.kinds:
+        total += share * own.facts.archard.sum()
+        steep += share * own.facts.archard[np.abs(own.facts.angle) > STEEPEST].sum()
+    return steep / total if total > 0 else 0.0
+
+
+def _impacts(rate: CrossingRate) -> list[dict[str, Any]]:
+    """The largest force of each kind of pass, the largest first, and how it came about."""
+    found = [own.impact._asdict() | {"kind": own.label, "share": share} for share, own in rate.kinds]
+    return sorted(found, key=lambda one: -one["force"])
 
 
 def shortest_block(state: Evolution) -> float:
@@ -72,38 +194,7 @@ def shortest_block(state: Evolution) -> float:
     return float(lengths[:-1].min()) if len(lengths) > 1 else float(lengths.sum())
 
 
-def _end_tgamma(after: WearRate) -> dict[str, float]:
-    found = [p.tgamma for r in after.records for p in r.points if p.side == "left"]
-    return {"largest_at_end": max(found, default=0.0)}
-
-
-def _contact(weight, point, position, section, settings, model) -> dict[str, Any]:
-    shaken = shakedown_point(point.patch, settings.shear_yield)
-    return {
-        "weight": weight,
-        "position": [float(v) for v in position],
-        "normal_force": float(point.patch.normal_force),
-        "largest_pressure": float(point.patch.max_pressure),
-        "angle": point.angle,
-        "tgamma": point.tgamma,
-        "friction_power": point.patch.frictional_power,
-        "region": model.region(point.tgamma),
-        "load_factor": shaken.load,
-        "traction": shaken.traction,
-        "fatigue_index": shaken.index,
-        "flash_temperature": float(flash_temperature(point.patch, point.speed).max()),
-    }
-
-
-def seized_share(settings: DamageSettings, patches: Sequence[tuple[float, RollingPoint]]) -> float:
-    """Of the wear by Archard's map of patches, each with its weight, what comes from cells in seizure."""
-    law = Archard(settings.hardness)
-    cells = [(weight * p.patch.grid.dy * law.cells(p.patch, p.speed), law.seized(p.patch)) for weight, p in patches]
-    total = sum(float(depth.sum()) for depth, _ in cells)
-    return sum(float(depth[there].sum()) for depth, there in cells) / total if total > 0 else 0.0
-
-
-def end_rates(settings: DamageSettings, state: Evolution, after: WearRate | CrossingRate) -> dict[str, np.ndarray]:
+def end_rates(settings: DamageSettings, state: Evolution, after: Rate) -> dict[str, np.ndarray]:
     """What a mean pass wears off the last shape by each law, the leading one's as it changes the shape (...) [m]."""
     lead = state.worn.smoothed(after.depth[settings.law], settings.smoothing)
     return {**after.depth, settings.law: lead}

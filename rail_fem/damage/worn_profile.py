@@ -51,6 +51,25 @@ class WornProfile:
         corners = np.cumsum([len(part) - 1 for part in parts[:-1]]).astype(int)
         return cls(_on_line(line, s, wanted), corners, profile.label)
 
+    parts = ("section",)
+
+    @property
+    def along(self) -> tuple[np.ndarray, str]:
+        """(n,) positions of its depths [m], and what they are."""
+        return self.arc_length, "along the line, from its gauge side"
+
+    def part(self, values: np.ndarray, b: int) -> np.ndarray:
+        """Values (n,): it has one part."""
+        return values
+
+    def place(self, flat: int) -> list[float]:
+        """y, z of a node [m]."""
+        return [float(v) for v in self.points[flat]]
+
+    def amount(self, depth: np.ndarray) -> float:
+        """Area of depths (n,) [m2]."""
+        return float((depth * self.widths).sum())
+
     @property
     def shape(self) -> tuple[int]:
         """Of its depths."""

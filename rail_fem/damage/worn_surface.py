@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import ndimage
 
-from geometry.surfaces.bodies import NO_METAL
+from geometry.surfaces.bodies import BODIES, NO_METAL
 from geometry.surfaces.depth_field import SPREAD, DepthField
 from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
 from rail_fem.damage.flowed_surface import flow_in_passes, spread_along, with_heaps
@@ -40,6 +40,26 @@ class WornSurface:
         """Before any pass. flows : whether its steel will flow"""
         zero = np.zeros((2, len(x), len(y)))
         return cls(x, y, zero, label, *((zero, zero) if flows else ()))
+
+    parts = BODIES
+
+    @property
+    def along(self) -> tuple[np.ndarray, str]:
+        """(m,) positions of its depths [m], and what they are."""
+        return self.x, "x along the crossing"
+
+    def part(self, values: np.ndarray, b: int) -> np.ndarray:
+        """(m, n) of values (2, m, n) on wing or nose."""
+        return values[b]
+
+    def place(self, flat: int) -> list[float]:
+        """x, y of a place on wing or nose [m]."""
+        i, j = np.unravel_index(flat, self.shape[1:])
+        return [float(self.x[i]), float(self.y[j])]
+
+    def amount(self, depth: np.ndarray) -> float:
+        """Volume of depths (..., m, n) [m3]."""
+        return float(depth.sum()) * self.cell
 
     @property
     def lowered(self) -> np.ndarray:

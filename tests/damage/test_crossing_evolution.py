@@ -213,11 +213,11 @@ def small_case(tmp_path):
 
 def test_a_killed_study_of_a_crossing_goes_on_where_it_was(tmp_path, monkeypatch):
     path, whole, cut = small_case(tmp_path), tmp_path / "whole", tmp_path / "cut"
-    draw = study.crossing_figures
-    monkeypatch.setattr(study, "crossing_figures", lambda *arguments: [])
+    draw = study.study_figures
+    monkeypatch.setattr(study, "study_figures", lambda *arguments: [])
     answer = call(path, "--passes", "100", "--out", whole)
     assert answer.exit_code == 0, answer.output
-    monkeypatch.setattr(study, "crossing_figures", draw)
+    monkeypatch.setattr(study, "study_figures", draw)
     write = study.write_state
 
     def killed(*arguments):
@@ -232,7 +232,7 @@ def test_a_killed_study_of_a_crossing_goes_on_where_it_was(tmp_path, monkeypatch
     one, two = np.load(whole / "damage.npz"), np.load(cut / "damage.npz")
     assert set(one) == set(two) and all((one[name] == two[name]).all() for name in one)
     found = json.loads((cut / "damage.json").read_text())
-    assert found["passes"] == 100 and found["volume_error"] < 1e-6 and found["bodies"]["nose"]["deepest_by_law"]
+    assert found["passes"] == 100 and found["removed_error"] < 1e-6 and found["bodies"]["nose"]["deepest_by_law"]
     names = {"sections", "depth_plan", "tgamma", "depth_band", "passes", "shakedown", "wheel_wear"}
     assert {p.stem for p in (cut / "figures").glob("*.png")} == names
     assert "How sure" in CliRunner().invoke(cli.app, ["show", str(cut)]).output

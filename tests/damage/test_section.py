@@ -46,9 +46,9 @@ def first_rate(section):
 def test_the_sine_goes_in_and_out_of_flange_contact(first_rate):
     """At its crest two points carry on the left, stock rail's head and switch rail's corner; elsewhere one. The head's
     T gamma is far below the corner's, whose wear is 18 times and more the head's, as the thesis' example shows."""
-    counts = [sum(p.side == "left" for p in r.points) for r in first_rate.records]
+    counts = [sum(p.side == "left" for p in r.points) for _, r in first_rate.kinds]
     assert counts == [2, 1, 1]
-    corner, head = sorted((p for p in first_rate.records[0].points if p.side == "left"), key=lambda p: -p.angle)
+    corner, head = sorted((p for p in first_rate.kinds[0][1].points if p.side == "left"), key=lambda p: -p.angle)
     assert np.degrees(corner.angle) > 60 > 10 > np.degrees(head.angle)
     assert corner.tgamma > 2 * head.tgamma
     depth = first_rate.depth["archard_patch"]
@@ -59,7 +59,7 @@ def test_the_sine_goes_in_and_out_of_flange_contact(first_rate):
 def test_the_pass_that_is_drawn_shares_its_load_between_head_and_corner(first_rate):
     """Of the three positions the crest's; the largest force, the head's, comes first."""
     shown = shown_pass(first_rate)
-    assert shown is first_rate.records[0]
+    assert shown is first_rate.kinds[0][1]
     head, corner = points_of(shown)
     assert head.normal_force > corner.normal_force and head.angle < corner.angle
 
@@ -80,7 +80,7 @@ def test_cracks_fall_where_their_contact_lies():
     y, model = section.first().points[:, 0], section.fatigue
     fallen = [
         (r.passing.weight * float(model.damage(p.tgamma)), p.position[0])
-        for r in rate.records
+        for _, r in rate.kinds
         for p in r.points
         if p.side == "left"
     ]
@@ -162,7 +162,7 @@ def test_area_at_the_nodes_is_that_of_the_strips(section, first_rate):
     for name, law in section.laws.items():
         strips = sum(
             r.passing.weight * worn_area(law, p.patch, p.speed)
-            for r in first_rate.records
+            for _, r in first_rate.kinds
             for p in r.points
             if p.side == "left"
         )
@@ -174,7 +174,7 @@ def test_area_at_the_nodes_is_that_of_the_strips(section, first_rate):
 
 
 def test_a_free_wheelset_has_no_moment_about_its_axle(first_rate):
-    for record in first_rate.records:
+    for _, record in first_rate.kinds:
         moment = sum(p.patch.tangential_force[0] * p.radius for p in record.points)
         size = sum(abs(p.patch.tangential_force[0]) * p.radius for p in record.points)
         assert abs(moment) < 0.03 * size  # found on coarse cells, with the radius for the lever
@@ -293,8 +293,14 @@ def test_a_killed_study_goes_on_where_it_was(tmp_path, monkeypatch):
     one, two = np.load(whole / "damage.npz"), np.load(cut / "damage.npz")
     assert all((one[name] == two[name]).all() for name in one)
     found = json.loads((cut / "damage.json").read_text())
-    assert found["passes"] == 20 and found["deepest"] > 0 and len(found["deepest_by_law"]) == 7
-    assert {p.stem for p in (cut / "figures").glob("*.png")} == {"profiles", "depth", "patches", "passes", "shakedown"}
+    assert found["passes"] == 20 and found["deepest"] > 0 and len(found["bodies"]["section"]["deepest_by_law"]) == 7
+    assert {p.stem for p in (cut / "figures").glob("*.png")} == {
+        "profiles",
+        "depth_band",
+        "patches",
+        "passes",
+        "shakedown",
+    }
     assert "How sure" in (cut / "report.md").read_text()
     assert "How sure" in CliRunner().invoke(cli.app, ["show", str(cut)]).output
     after = examine(read_raw(cut / "profile_after.txt", "rail"))
@@ -343,7 +349,8 @@ def test_set_changes_the_case_and_its_mistakes_are_sentences(tmp_path):
     assert json.loads((folder / "case.json").read_text())["damage"]["hardness"] == 3e9
     page = (folder / "report.md").read_text()
     assert "No years are told: `calibration` is not given" in page and "| - |" in page
-    assert "over 100" not in page and json.loads((folder / "damage.json").read_text())["years"]["to_limit"] is None
+    found = json.loads((folder / "damage.json").read_text())["bodies"]["section"]
+    assert "over 100" not in page and found["years"]["to_limit"] is None
     for words, said in (("damage.hardness", "KEY=VALUE"), ("damage.hardnes=3 GPa", "did you mean 'hardness'")):
         answer = call(path, "--out", tmp_path / "none", "--set", words)
         assert answer.exit_code == 2 and said in answer.output and not (tmp_path / "none").exists()

@@ -8,9 +8,9 @@ import pytest
 from rail_fem.case.casefile import load_case
 from rail_fem.damage.crossing import table_contacts
 from rail_fem.damage.crossing_site import dynamics
-from rail_fem.damage.crossing_summary import crossing_summary
 from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.sites import crossing_site, patch_options
+from rail_fem.damage.summary import summary
 from rail_fem.damage.wheel_wear import circumference, wheel_lines, wheel_wear
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
@@ -83,9 +83,9 @@ def test_wear_of_the_wheels_goes_on_over_the_blocks_and_into_the_summary(made):
     *_, end = evolve(site, 20, Stepping(block=10))
     assert end.wheels.shape == rate.wheels.shape and end.wheels.max() > 0
     assert end.wheels.sum() == pytest.approx(20 * rate.wheels.sum(), rel=0.3)
-    found = crossing_summary(case.damage, end, rate, rate)["wheels"]
+    found = summary(case.damage, end, rate, rate)["wheels"]
     assert len(found) == 1 and found[0]["deepest_by_law"]["archard"] == pytest.approx(
         end.wheels[0, list(site.laws).index("archard")].sum(axis=0).max(), rel=1e-12
     )
     assert 0 < found[0]["nose_share"] < 1 and -0.05 < found[0]["deepest_at"] < 0.06
-    assert crossing_summary(case.damage, begin(site), rate, rate)["wheels"] == []
+    assert summary(case.damage, begin(site), rate, rate)["wheels"] == []
