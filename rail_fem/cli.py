@@ -1,4 +1,4 @@
-"""The command line: one file a command in rail_fem/commands, joined here. Every command says what it found and ends
+"""The command line: the commands of rail_fem/commands, joined here. Every command says what it found and ends
 non-zero on a fault.
 
 What a command computes with is imported when it is called, so that help and completion are quick.
@@ -9,22 +9,20 @@ from typing import Annotated, Any
 
 import typer
 
-from rail_fem.commands import contact as pair
 from rail_fem.commands import start
 from rail_fem.commands.compare import compare
-from rail_fem.commands.crossing import crossing
 from rail_fem.commands.damage import damage
 from rail_fem.commands.design import design
 from rail_fem.commands.doctor import doctor
 from rail_fem.commands.ending import EXIT_CODES, begin
-from rail_fem.commands.export import export
+from rail_fem.commands.export import crossing, export
 from rail_fem.commands.measured import low_pass, measured
 from rail_fem.commands.profile import profile
-from rail_fem.commands.report import report
 from rail_fem.commands.run import check, run
 from rail_fem.commands.show import show
 from rail_fem.commands.study import study
-from rail_fem.commands.sweep import sweep
+from rail_fem.commands.sweep import report, sweep
+from rail_fem.commands.wheel_on_rail import contact, patch
 
 app = typer.Typer(
     help="What happens when a wheel passes a railway crossing.",
@@ -46,8 +44,8 @@ COMMANDS: dict[str, tuple[Callable[..., Any], str]] = {
     "report": (report, "The page of a sweep, with its trends checked"),
     "export": (export, "Mesh and fields of a run for other programs"),
     "crossing": (crossing, "The crossing of a case as sections or STEP"),
-    "contact": (pair.contact, "Contact points of a wheel on a rail"),
-    "patch": (pair.patch, "The patch of a wheel under a load"),
+    "contact": (contact, "Contact points of a wheel on a rail"),
+    "patch": (patch, "The patch of a wheel under a load"),
     "damage": (damage, "Wear, fatigue and life under many passes"),
     "design": (design, "Search for a better crossing or vehicle"),
     "measured": (measured, "Hold a measured record against a run"),

@@ -1,7 +1,8 @@
-"""One name, one thing: a public class has a name of its own among all packages, or stands below with the reason."""
+"""One name, one thing: a public class has a name of its own among all packages, or stands below with the reason; and
+files are told apart by their names."""
 
 import ast
-from collections import defaultdict
+from collections import Counter, defaultdict
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -33,3 +34,12 @@ def test_a_class_has_a_name_of_its_own():
     assert len(public_classes()) > 300  # the walk finds them
     assert not {name: files for name, files in twice.items() if name not in SHARED}
     assert not SHARED.keys() - twice.keys()
+
+
+MOST_FILES = 3  # of one name: a fourth is told from the others by nothing but its folder
+
+
+def test_no_file_name_stands_more_than_three_times():
+    paths = [path for package in (*PACKAGES, "tests") for path in (ROOT / package).rglob("*.py")]
+    often = Counter(path.name for path in paths if path.name != "__init__.py")
+    assert not {name: count for name, count in often.items() if count > MOST_FILES}

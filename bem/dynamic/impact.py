@@ -17,8 +17,8 @@ import numpy as np
 
 from bem.checks import refuse_unless_finite, refuse_unless_positive
 from bem.dynamic.body import DynamicBody, DynamicsError, Inertial
-from bem.dynamic.contact import NormalContact
 from bem.dynamic.marching import Energy, March, State
+from bem.dynamic.pivoting import NormalContact
 from bem.plane.body import Body, CondensedBody
 from bem.plane.boundary import MEMORY_LIMIT
 from bem.plane.mesh import BoundaryMesh

@@ -16,7 +16,6 @@ import numpy as np
 
 from bem.checks import refuse_unless_finite, refuse_unless_positive
 from bem.dynamic.body import DynamicsError
-from bem.dynamic.contact import FrictionalContact
 from bem.dynamic.impact import (
     Carriage,
     Impact,
@@ -28,6 +27,7 @@ from bem.dynamic.impact import (
     warn_unless_touching,
 )
 from bem.dynamic.marching import March
+from bem.dynamic.pivoting import FrictionalContact
 from bem.plane.coulomb import STICK, refuse_bad_friction
 
 

@@ -57,9 +57,9 @@ def design(
     from rail_fem.design.problem import DesignError, read_design
     from rail_fem.design.proof import check_proof
     from rail_fem.design.proof_report import write_proof
-    from rail_fem.design.report import write_report
     from rail_fem.design.rounds import search_and_prove
     from rail_fem.design.search import search, trials_of
+    from rail_fem.design.search_report import write_report
 
     if launcher.rank_count() > 1:
         stop("design starts mpirun itself, run by run: leave mpirun out and give --ranks")

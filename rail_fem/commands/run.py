@@ -41,7 +41,7 @@ def check(
 
 def _draw_crossing(scene, path: Path) -> None:
     """Plan, long section and cross-sections; ends the program where that cannot be done."""
-    from rail_fem.show.crossing import crossing_figure
+    from rail_fem.show.crossing_figure import crossing_figure
     from rail_fem.show.style import lettering, save
 
     try:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from geometry.meshing.crossing import mesh_crossing
+from geometry.meshing.crossing_mesh import mesh_crossing
 from geometry.meshing.gmsh_process import gmsh_process
 from geometry.meshing.hexmesh import HexMesh, MeshError
 from geometry.meshing.wheel import mesh_wheel

@@ -4,7 +4,7 @@ is meshed."""
 import numpy as np
 
 from geometry.axes import GAUGE_POINT_DEPTH
-from geometry.meshing.crossing import BodyMeshSpec, CrossingMeshSpec, check_bands
+from geometry.meshing.crossing_mesh import BodyMeshSpec, CrossingMeshSpec, check_bands
 from geometry.meshing.hexmesh import MeshError
 from geometry.meshing.wheel import WheelMeshSpec, check_wheel_bands
 from geometry.path.wheel_path import WheelPath

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse.linalg import splu
 
-from bem.dynamic.contact import FrictionalContact, NormalContact
 from bem.dynamic.impact import Striker, moved_mass
+from bem.dynamic.pivoting import FrictionalContact, NormalContact
 from bem.dynamic.schemes import TRAPEZOIDAL, Scheme
 from bem.dynamic.sliding import TangentialMotion
 from bem.exact.subsurface import von_mises_plane

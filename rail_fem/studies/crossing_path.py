@@ -23,7 +23,7 @@ from geometry.profiles.wheel import WHEEL_NAMES
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.sections import SectionCrossing, section_path
 from rail_fem.scene.wheel_profile import wheel_shape
-from rail_fem.show.crossing import GAUGE_DEPTH
+from rail_fem.show.crossing_figure import GAUGE_DEPTH
 from rail_fem.show.style import GREEN, HALO, NOSE, PURPLE, TOTAL, WING, new_figure
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 

@@ -27,7 +27,7 @@ from rail_fem.case.examples import example
 from rail_fem.cyclic.closed_forms import ratchet_strain
 from rail_fem.cyclic.law import cyclic_law
 from rail_fem.cyclic.paths import uniaxial_cycles
-from rail_fem.cyclic.rolling import NoEquilibriumError, rolling_line_contact
+from rail_fem.cyclic.rolling_line import NoEquilibriumError, rolling_line_contact
 from rail_fem.damage.evolution import evolve
 from rail_fem.damage.fatigue import WholeLifeRail, shakedown_limits
 from rail_fem.damage.sites import crossing_site, stepping_of, switch_section

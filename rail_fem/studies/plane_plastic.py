@@ -27,7 +27,7 @@ from bem.plane.contact import Settings
 from bem.plane.coulomb import Control
 from bem.plane_plastic.capped import capped_return
 from bem.plane_plastic.cells import Cells
-from bem.plane_plastic.contact import PlasticContact, Region
+from bem.plane_plastic.yielding_contact import PlasticContact, Region
 from bem.plastic.hardening import Hardening
 from rail_fem.show.style import STRAIN_COLOURS, new_figure
 from rail_fem.static_fe.plane_strain import Fineness

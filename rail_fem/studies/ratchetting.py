@@ -23,7 +23,7 @@ from bem.cycle_jumps import VERDICTS
 from rail_fem.cyclic.closed_forms import ratchet_strain
 from rail_fem.cyclic.law import CyclicLaw, cyclic_law
 from rail_fem.cyclic.paths import uniaxial_cycles
-from rail_fem.cyclic.rolling import NoEquilibriumError, rolling_line_contact
+from rail_fem.cyclic.rolling_line import NoEquilibriumError, rolling_line_contact
 from rail_fem.show.style import new_figure
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 from rail_fem.studies.rolled_passes import draw, roll_all, table

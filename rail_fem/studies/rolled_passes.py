@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from bem.cycle_jumps import LEAST_FLOW, JumpRule
 from rail_fem.cyclic.law import CyclicLaw
-from rail_fem.cyclic.rolling import NoEquilibriumError, RollingHistory, rolling_line_contact
+from rail_fem.cyclic.rolling_line import NoEquilibriumError, RollingHistory, rolling_line_contact
 from rail_fem.show.style import CURVES, new_figure
 from rail_fem.studies.harness import Table
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry.meshing.crossing import mesh_crossing
+from geometry.meshing.crossing_mesh import mesh_crossing
 from geometry.meshing.quality import mesh_quality
 from rail_fem.case.casefile import load_case
 from rail_fem.fe.contact.pairs import Pairs

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from geometry.meshing.band import SIDEWAYS, lateral_columns
-from geometry.meshing.crossing import BodyMeshSpec, CrossingMeshSpec, mesh_crossing
+from geometry.meshing.crossing_mesh import BodyMeshSpec, CrossingMeshSpec, mesh_crossing
 from geometry.meshing.hexmesh import FoldedCellError, MeshError, boundary_faces
 from geometry.meshing.quality import cell_volume, mesh_quality
 from geometry.meshing.section.curve import cut_at_base
@@ -214,7 +214,7 @@ def test_a_band_that_moves_to_and_fro_is_meshed_within_steadier_edges(monkeypatc
     mesh = mesh_crossing(StraightRail(), spec)
     check_mesh(mesh)
     assert mesh_quality(mesh).worst_scaled_jacobian > 0.2
-    monkeypatch.setattr("geometry.meshing.crossing.SIDEWAYS", SIDEWAYS[:1])
+    monkeypatch.setattr("geometry.meshing.crossing_mesh.SIDEWAYS", SIDEWAYS[:1])
     with pytest.raises(FoldedCellError, match="folded or flat cell"):
         mesh_crossing(StraightRail(), spec)
 

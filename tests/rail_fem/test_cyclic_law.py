@@ -9,7 +9,7 @@ from rail_fem.cyclic.closed_forms import back_stress, monotonic_stress, ratchet_
 from rail_fem.cyclic.fit import fit_cyclic_curve, stress_amplitude
 from rail_fem.cyclic.law import cyclic_law, equivalent
 from rail_fem.cyclic.paths import UNIAXIAL_STRAIN, at_rest, march, uniaxial_cycles
-from rail_fem.cyclic.rolling import rolling_line_contact
+from rail_fem.cyclic.rolling_line import rolling_line_contact
 from tests.order import assert_order
 
 YOUNG, POISSON, YIELD = 210e9, 0.3, 300e6

@@ -5,7 +5,7 @@ import pytest
 
 from bem.cycle_jumps import JumpRule
 from rail_fem.cyclic.law import cyclic_law
-from rail_fem.cyclic.rolling import rolling_line_contact
+from rail_fem.cyclic.rolling_line import rolling_line_contact
 from rail_fem.studies.rolled_passes import roll, table
 
 YOUNG, POISSON, YIELD, HALF_WIDTH = 210e9, 0.3, 300e6, 5e-3

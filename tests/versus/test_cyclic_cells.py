@@ -9,7 +9,7 @@ from bem.plastic.nonlinear_kinematic import NonlinearKinematic
 from bem.plastic.return_map import PlasticState, advanced, radial_return
 from bem.plastic.rolling import one_pass
 from rail_fem.cyclic.law import cyclic_law, plastic_return
-from rail_fem.cyclic.rolling import rolling_line_contact
+from rail_fem.cyclic.rolling_line import rolling_line_contact
 from tests.bem.plastic.line_shakedown import SHEAR_YIELD, rolling_line
 
 CONSTANTS = {"modulus": [100e9, 20e9, 3e9], "recovery": [2000.0, 300.0, 20.0]}

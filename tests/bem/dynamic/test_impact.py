@@ -5,9 +5,9 @@ import pytest
 
 from bem.dynamic.body import DynamicsError, Inertial
 from bem.dynamic.cells import fill_with_cells
-from bem.dynamic.contact import NormalContact
 from bem.dynamic.impact import ImpactWarning, Striker, StrikerOutline, Struck, strike
 from bem.dynamic.marching import March
+from bem.dynamic.pivoting import NormalContact
 from bem.dynamic.schemes import BACKWARD_EULER, TRAPEZOIDAL
 from bem.plane.body import Body
 from bem.plane.mesh import Sizing, mesh_outline

@@ -7,7 +7,7 @@ from bem.plane.contact import Settings
 from bem.plane.coulomb import Control
 from bem.plane.internal import field_at, grid_below
 from bem.plane_plastic.cells import CellError, cells_below
-from bem.plane_plastic.contact import PlasticContact, Region
+from bem.plane_plastic.yielding_contact import PlasticContact, Region
 from bem.plastic.hardening import Hardening
 from bem.verification.cases import non_conformal
 
