@@ -117,6 +117,8 @@ class PassResult:
     error_estimate : quantity -> relative error that the run claims; NaN where it makes no claim
     error_bars     : name of rail_fem.output.quantities.REPORTED -> half width of the interval in which the run claims
         that its limit for vanishing elements lies [SI]; a name that is not there is not claimed
+    form           : simplification of the model in words -> reported quantity -> what it moves by where the next better
+        one takes its place [SI] (rail_fem.run.form)
     metal          : body -> what the pass leaves in it, plain values of rail_fem.output.plastic_zone.PlasticZone [SI]
     passes         : of a pass that was repeated on the steel of the one before: what each reported, values of
         rail_fem.output.quantities.REPORTED [SI], the last as this result; () for a single pass
@@ -139,6 +141,7 @@ class PassResult:
     cost: Cost = Cost()
     error_estimate: Mapping[str, float] = field(default_factory=dict)
     error_bars: Mapping[str, float] = field(default_factory=dict)
+    form: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     metal: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     passes: tuple[Mapping[str, float], ...] = ()
     trust: Mapping[str, Any] = field(default_factory=dict)
@@ -151,6 +154,12 @@ class PassResult:
 
     def __post_init__(self):
         object.__setattr__(self, "history", complete_history(self.history))
+
+    def form_bar(self, name: str) -> float:
+        """Half width [SI] of what a reported quantity may be off by for its model's form: the root of the sum of the
+        squares of what each simplification moves it by; NaN where nothing is claimed."""
+        moved = [row[name] for row in self.form.values() if name in row]
+        return math.hypot(*moved) if moved else NAN
 
     def __repr__(self) -> str:
         shown = ", ".join(f"{name} {value}" for name, value in self.summary_rows()[:4])

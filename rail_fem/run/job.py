@@ -15,6 +15,7 @@ from rail_fem.light.rigid import with_window
 from rail_fem.output.progress import Progress, mark_ended, read_status
 from rail_fem.output.result import PassResult, load
 from rail_fem.output.runfolder import RunFolderError, fingerprint, held, prepare_folder
+from rail_fem.run.form import form
 from rail_fem.scene.scene import Frozen
 from rail_fem.show.figures import draw_run
 from rail_fem.show.report import result_report
@@ -33,9 +34,17 @@ class RunFailed(RuntimeError):
 EXPECTED = (ValueError, ArithmeticError, OSError, MemoryError)
 
 
-def run_case(case: Case, model: str, folder: Path, restart: bool, overwrite: bool, say: Callable[[str], None]) -> str:
+def run_case(
+    case: Case,
+    model: str,
+    folder: Path,
+    restart: bool,
+    overwrite: bool,
+    say: Callable[[str], None],
+    form_by_passes: bool = True,
+) -> str:
     """Run one model of a case and save its result in `folder`; returns why it failed, or "". Collective for parallel
-    models.
+    models. form_by_passes : also those rows of the bar of form that take light passes, some seconds
 
     Nothing is meshed or written before everything that can be known has been checked.
     Errors: JobError when the run cannot start.
@@ -65,7 +74,7 @@ def run_case(case: Case, model: str, folder: Path, restart: bool, overwrite: boo
             return ""
         if restart and not goes_on:
             say(f"{folder} holds no run yet: starting afresh")
-        return _solve_and_save(case, model, settings, folder, goes_on, say)
+        return _solve_and_save(case, model, settings, folder, goes_on, say, form_by_passes)
 
 
 def ended(folder: Path, settings: Frozen) -> str:
@@ -84,7 +93,9 @@ def ended(folder: Path, settings: Frozen) -> str:
     return how
 
 
-def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: bool, say: Callable[[str], None]) -> str:
+def _solve_and_save(
+    case: Case, model: str, settings, folder: Path, goes_on: bool, say: Callable[[str], None], form_by_passes: bool
+) -> str:
     try:
         with Progress(folder, title=case.title, active=launcher.rank() == 0) as progress:
             result: PassResult = hierarchy.solve(
@@ -97,7 +108,9 @@ def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: boo
             warnings = launcher.on_root(lambda: case_warnings(case.scene, with_window(case.scene, settings)))
             measured = case.scene.wheel.measured
             notes = () if measured is None else tuple(measured.notes)
-            result = replace(result, warnings=(*warnings, *result.warnings), notes=notes, title=case.title)
+            smoke = hierarchy.smoke_requested()
+            moved = {} if smoke else launcher.on_root(lambda: form(result, form_by_passes))
+            result = replace(result, warnings=(*warnings, *result.warnings), notes=notes, title=case.title, form=moved)
             launcher.on_root(lambda: result.save(folder))
             say(result_report(result))
             launcher.on_root(lambda: _draw(folder, say))

@@ -68,11 +68,16 @@ def draw_forces(axes, result: PassResult) -> None:
         axes.plot(1e3 * history["x"], values / 1e3, color=colour, lw=width, zorder=order, label=f"{words}: {found}")
         if peak and column != "force":
             marks.append((LARGEST[column], "o", colour))
-    rings = []
+    rings, pale = [], "pale bar: what is left out moves it by (form)"
     for name, marker, colour in (*MARKED, *marks):
         if peak := peaks.get(name):
             found = f"{QUANTITIES[name]}: {peak.value / 1e3:.1f} kN at x = {peak.x * 1e3:.1f} mm"
-            bar = bars.get(name, 0.0)
+            bar, form = bars.get(name, 0.0), result.form_bar(name)
+            if form > 0:
+                axes.errorbar(
+                    1e3 * peak.x, peak.value / 1e3, form / 1e3, color=colour, lw=7, alpha=0.25, zorder=2.9, label=pale
+                )
+                pale = "_nolegend_"
             ring(axes, peak, marker, colour, found if (name, marker, colour) in MARKED else "_nolegend_", bar)
             rings.append((peak, colour, bar))
     load = result.scene.static_wheel_load

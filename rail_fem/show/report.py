@@ -10,10 +10,10 @@ from rail_fem.output.events import flights, stated_peaks
 from rail_fem.output.history import COLUMNS
 from rail_fem.output.low_pass import CUTOFFS, filtered_peak
 from rail_fem.output.progress import duration, read_status
-from rail_fem.output.quantities import FORCES, impact_pressure
+from rail_fem.output.quantities import FORCES, REPORTED, impact_pressure
 from rail_fem.output.result import PassResult, load
 from rail_fem.scene.units import engineering, show
-from rail_fem.show.metal import metal_rows, with_bar
+from rail_fem.show.metal import amount, metal_rows, with_bar
 from rail_fem.show.passes import passes_rows
 
 MOST_FLIGHTS = 5  # that are told
@@ -71,7 +71,8 @@ def result_report(result: PassResult) -> str:
             row(
                 name,
                 with_bar(result, name, 5) if name in FORCES else engineering(peak.value, peak.unit),
-                (f"at x = {show(peak.x, shown, 5)}" if np.isfinite(peak.x) else "")
+                (f"form +- {amount(form, peak.unit, 2)} " if np.isfinite(form := result.form_bar(name)) else "")
+                + (f"at x = {show(peak.x, shown, 5)}" if np.isfinite(peak.x) else "")
                 + (f", y = {show(peak.y, shown, 4)}" if np.isfinite(peak.y) else "")
                 + (f", in an element of {show(peak.size, shown, 2)}" if np.isfinite(peak.size) else ""),
             )
@@ -94,6 +95,7 @@ def result_report(result: PassResult) -> str:
         *bearer_rows(result),
         *(["", "metal"] if result.metal else []),
         *(f"  {name:<58}{value:<21} {text}".rstrip() for name, value, text in metal_rows(result)),
+        *_form(result),
         "",
         "error estimate",
     ]
@@ -117,6 +119,23 @@ def result_report(result: PassResult) -> str:
     return "\n".join(
         [*lines, *listed("warning(s)", result.warnings), *(listed("note(s)", result.notes) if result.notes else [])]
     )
+
+
+def _form(result: PassResult) -> list[str]:
+    """What each simplification of the model moves the forces by, and the root of the sum of the squares."""
+    shown = [name for name in FORCES if np.isfinite(result.form_bar(name))]
+    if not shown:
+        return []
+    cell = lambda moved, name: f"{100 * moved / REPORTED[name].of(result):+9.1f}"
+    lines = [
+        f"  {FORCES[name]:<34}"
+        + "".join(cell(row[name], name) if name in row else f"{'-':>9}" for row in result.form.values())
+        + f"{100 * result.form_bar(name) / REPORTED[name].of(result):12.1f}"
+        for name in shown
+    ]
+    head = "".join(f"{f'({number})':>9}" for number in range(1, len(result.form) + 1))
+    legend = [f"  ({number}) {words}" for number, words in enumerate(result.form, 1)]
+    return ["", "form: what is left out moves a force by [%]", f"{'':36}{head}{'together':>12}", *lines, *legend]
 
 
 def folder_report(folder: Path) -> str:

@@ -178,6 +178,12 @@ class Comparison:
         bar = self.reference.error_bars.get(name, 0.0)
         return bar / abs(REPORTED[name].of(self.reference)) if bar else 0.0
 
+    def form(self, quantity: str) -> float:
+        """By what share of its value the reference's form moves a quantity; NaN where nothing is claimed."""
+        measure = QUANTITIES[quantity]
+        name = next((name for name in (measure.reported, *measure.forces) if name in REPORTED), "")
+        return abs(self.reference.form_bar(name) / REPORTED[name].of(self.reference)) if name else NAN
+
     def least_expensive_within(self, limit: float, quantity: str) -> int | None:
         """Index of the least expensive result whose error is at most `limit`, the reference's error bar added to it;
         None when only the reference is."""
@@ -332,6 +338,8 @@ def advice(comparison: Comparison, limit: float, quantity: str) -> str:
     caution = f"; {reference} itself claims no less than {max(claimed):.2%}" if claimed and max(claimed) > limit else ""
     bar = comparison.bar(quantity)
     caution += f"; the error bar of {reference}, {bar:.2%}, is counted in" if bar else ""
+    form = comparison.form(quantity)
+    caution += f"; what every one of them leaves out moves it by {form:.0%} besides (form)" if form == form else ""
     if found is None:
         return (
             f"nothing less expensive than {reference} is within {limit:.3g} of it in"

@@ -125,7 +125,7 @@ def run_job(job: Job, ranks: int) -> Outcome:
         if MODELS[job.model].parallel:
             failure = _under_mpirun(job, ranks, anew)
         else:
-            failure = run_case(job.case, job.model, job.folder, not anew, anew, lambda text: None)
+            failure = run_case(job.case, job.model, job.folder, not anew, anew, lambda text: None, False)
     except (JobError, ValueError, ArithmeticError, OSError) as error:
         anew, failure = False, f"{type(error).__name__}: {error}" if not isinstance(error, JobError) else str(error)
     return Outcome(

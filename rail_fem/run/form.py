@@ -1,0 +1,157 @@
+"""The bar of form: what a result moves by when a simplification of its model is replaced by the next better one.
+
+Each simplification is a row of SIMPLIFICATIONS. What a light model can see is measured on the scene itself, by a pass
+of `rigid_hertz` with it and one without, a second each; what none of them sees is kept from passes of `fe_full`
+(cases/rows/form.toml). A light model has a row besides: within what its forces are of those of `fe_full`. The bar is
+the root of the sum of the squares: the simplifications are not each other's.
+
+Plastic strain has no such bar: no light model resolves it well enough.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from scipy.optimize import brentq
+
+from rail_fem.hierarchy import MODELS, solve
+from rail_fem.light.track_beam import track_beam
+from rail_fem.output.quantities import FORCES, REPORTED
+from rail_fem.output.result import PassResult
+from rail_fem.scene.bearers import Bearers, CastingSection
+from rail_fem.scene.crossing import CAST
+from rail_fem.scene.scene import Scene
+from rail_fem.scene.wheel_body import WheelBody
+from rail_fem.settings.light import RigidHertzSettings
+
+ASIDE = 1e-3  # lateral position of the wheelset that nobody knows [m]
+HEIGHT = 0.5e-3  # to which a casting's running surfaces are made and kept; an assumption [m]
+# A common panel; none of a published crossing. Halves of bearers under one rail
+PANEL = Bearers(pad_stiffness=200e6, pad_damping=30e3, mass=150.0, ballast_stiffness=100e6, ballast_damping=60e3)
+CASTING = CastingSection(second_moment=7000e-8, mass=200.0, foot_depth=80e-3, start=-0.8, end=2.2)
+BALLAST = 1e6, 1e10  # between which a ballast as stiff as the foundation is looked for [N/m]
+
+
+@dataclass(frozen=True)
+class Simplification:
+    """words : what is left out, and what takes its place;  better : scene, x where the wheel changes body [m] -> scenes
+    without it, of which the one that moves a quantity most counts; none where the scene has it already"""
+
+    words: str
+    better: Callable[[Scene, float], list[Scene]]
+
+
+def on_bearers(scene: Scene, x: float) -> list[Scene]:
+    """The scene on bearers, the transfer between two of them, the track as stiff there as the foundation; none where no
+    ballast makes it so."""
+    if scene.bearers is not None:
+        return []
+    panel = PANEL.replace(position=x - PANEL.spacing / 2)
+    if scene.crossing.family == CAST:
+        panel = panel.replace(casting=CASTING)
+
+    def excess(ballast: float) -> float:
+        beam = track_beam(panel.replace(ballast_stiffness=ballast), x - 1, x + 1, 0.1, 9.0)
+        share = beam.force_at(x)
+        return 1 / float(share @ beam.static(share)) - scene.foundation.stiffness
+
+    if not excess(BALLAST[0]) < 0 < excess(BALLAST[1]):
+        return []
+    return [scene.replace(bearers=panel.replace(ballast_stiffness=brentq(excess, *BALLAST, rtol=1e-4)))]
+
+
+def other_wings(scene: Scene, x: float) -> list[Scene]:
+    """The scene with its wing rail HEIGHT lower and higher; none of a crossing without such a key."""
+    if scene.crossing.family != CAST:
+        return []
+    raised = scene.crossing.wing_raise
+    return [scene.replace(crossing={"wing_raise": raised + change}) for change in (-HEIGHT, HEIGHT)]
+
+
+SIMPLIFICATIONS = (
+    Simplification("one mass in place of a casting on bearers", on_bearers),
+    Simplification(
+        "a rigid wheel in place of one that vibrates",
+        lambda scene, x: [] if scene.wheel_body else [scene.replace(wheel_body=WheelBody())],
+    ),
+    Simplification(
+        f"a wheelset in the middle in place of {ASIDE * 1e3:g} mm aside",
+        lambda scene, x: [scene.replace(gauge=scene.gauge + 2 * side) for side in (-ASIDE, ASIDE)],
+    ),
+    Simplification(f"a wing rail as drawn in place of {HEIGHT * 1e3:g} mm higher or lower", other_wings),
+)
+ISOTROPIC = "isotropic"
+SEEN = "impact_on_wheel", "first_impact_on_nose", "largest_force", "largest_force_wing", "largest_force_nose"
+
+
+@dataclass(frozen=True)
+class KeptShare:
+    """words : as of a Simplification;  holds : whether it is one of a scene;  shares : force -> what it moves by,
+    relative, by passes of fe_full over the nose on 2 mm (cases/rows/form.toml)"""
+
+    words: str
+    holds: Callable[[Scene], bool]
+    shares: Mapping[str, float]
+
+
+KEPT = (
+    KeptShare(
+        "one coefficient of friction in place of 0.2 to 0.4",
+        lambda scene: 0.2 <= scene.friction <= 0.4,
+        dict(zip(SEEN, (0.004, -0.004, -0.003, 0.002, -0.003))),
+    ),
+    KeptShare(
+        "isotropic hardening in place of kinematic",
+        lambda scene: all(
+            steel.hardening == ISOTROPIC and steel.cyclic is None and not steel.is_elastic
+            for steel in scene.materials.steels()[:2]
+        ),
+        dict(zip(SEEN, (-0.090, -0.068, -0.145, -0.042, -0.145))),
+    ),
+)
+
+
+def form(result: PassResult, by_passes: bool = True) -> dict[str, dict[str, float]]:
+    """Simplification -> reported quantity -> what it moves by [SI]. A row that has nothing to say is left out, and so
+    is every row of a scene or window that `rigid_hertz` cannot run.
+
+    by_passes : also what takes passes of `rigid_hertz`, some seconds
+    """
+    found = {}
+    own = {name: REPORTED[name].of(result) for name in (*FORCES, "transfer_x")}
+    own = {name: value for name, value in own.items() if value == value}
+    shares = {kept.words: kept.shares for kept in KEPT if kept.holds(result.scene)}
+    if within := MODELS[result.model].within:
+        shares[f"{result.model} in place of fe_full"] = within
+    for words, share in shares.items():
+        found[words] = {name: share[name] * value for name, value in own.items() if name in share}
+    if by_passes and own and result.scene.diverging is None:
+        found |= _by_passes(result, own)
+    return {words: moved for words, moved in found.items() if moved}
+
+
+def _by_passes(result: PassResult, own: Mapping[str, float]) -> dict[str, dict[str, float]]:
+    scene, settings = result.scene, {name: result.settings[name] for name in ("start", "end")}
+
+    def run(changed: Scene) -> dict[str, float]:
+        answer = solve("rigid_hertz", changed, RigidHertzSettings(**settings))
+        return {name: value for name in own if (value := REPORTED[name].of(answer)) == value}
+
+    x = next(value for value in (result.transfer_x, sum(settings.values()) / 2) if value == value)
+    try:
+        base = run(scene)
+    except ValueError:
+        return {}
+    found: dict[str, dict[str, float]] = {}
+    for row in SIMPLIFICATIONS:
+        moved = found.setdefault(row.words, {})
+        for better in row.better(scene, x):
+            try:
+                answer = run(better)
+            except ValueError:  # a wheel 1 mm aside may leave the crossing
+                continue
+            for name in base.keys() & answer.keys():
+                change = answer[name] - base[name]
+                if name != "transfer_x":
+                    change *= own[name] / base[name]
+                moved[name] = max(moved.get(name, 0.0), change, key=abs)
+    return found

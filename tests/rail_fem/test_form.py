@@ -1,0 +1,90 @@
+"""The bar of form: what each simplification moves a force by is what passes with and without it differ by."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rail_fem.case.casefile import load_case
+from rail_fem.case.examples import example
+from rail_fem.hierarchy import MODELS, solve
+from rail_fem.light.track_beam import track_beam
+from rail_fem.output.result import load
+from rail_fem.run.form import SIMPLIFICATIONS, form, on_bearers
+from rail_fem.run.job import run_case
+from rail_fem.scene.wheel_body import WheelBody
+from rail_fem.sweeps.compare import Comparison, advice
+
+WINDOW = {"start": "250 mm", "end": "420 mm", "path_spacing": "5 mm"}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return load_case(example("nose_transfer")).scene
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """The folder of a pass by rigid_hertz as the command makes it, and what was said."""
+    case, folder, said = load_case(example("nose_transfer")), tmp_path_factory.mktemp("form") / "run", []
+    settings = MODELS["rigid_hertz"].settings.checked(WINDOW)
+    case = replace(case, runs={"rigid_hertz": settings})
+    assert run_case(case, "rigid_hertz", folder, False, False, said.append) == ""
+    return folder, "\n".join(said)
+
+
+@pytest.mark.parametrize("stiffness", [100e6, 200e6])
+def test_the_casting_on_bearers_is_as_stiff_as_the_foundation_under_the_transfer(scene, stiffness):
+    (found,) = on_bearers(scene.replace(foundation={"stiffness": stiffness}), 0.357)
+    beam = track_beam(found.bearers, 0.0, 0.7, 0.05, 12.0)
+    share = beam.force_at(0.357)
+    assert 1 / (share @ beam.static(share)) == pytest.approx(stiffness, rel=1e-3)
+
+
+def test_no_row_of_what_the_scene_has_or_no_ballast_can_give(scene):
+    (there,) = on_bearers(scene, 0.357)
+    assert not on_bearers(there, 0.357)
+    assert not SIMPLIFICATIONS[1].better(scene.replace(wheel_body=WheelBody()), 0.357)
+    assert not on_bearers(scene.replace(foundation={"stiffness": "5000 kN/mm"}), 0.357)
+
+
+def test_each_row_is_what_the_passes_differ_by(scene, ran):
+    result = load(ran[0])
+    words = next(words for words in result.form if "aside" in words)
+    window = {name: result.settings[name] for name in ("start", "end")}
+    at = lambda gauge: solve("rigid_hertz", scene.replace(gauge=gauge), MODELS["rigid_hertz"].settings(**window))
+    base, *others = (at(gauge) for gauge in (1.435, 1.433, 1.437))
+    moved = max((other.transfer_x - base.transfer_x for other in others), key=abs)
+    assert result.form[words]["transfer_x"] == pytest.approx(moved, rel=1e-12)
+    force = lambda one: one.peaks["largest_force_wing"].value
+    share = max((force(other) / force(base) - 1 for other in others), key=abs)
+    assert result.form[words]["largest_force_wing"] == pytest.approx(share * force(result), rel=1e-12)
+
+
+def test_the_bar_is_saved_told_and_counted(ran):
+    folder, said = ran
+    result = load(folder)
+    name = "impact_on_wheel"
+    assert result.form_bar(name) == pytest.approx(math.sqrt(sum(row[name] ** 2 for row in result.form.values())))
+    assert f"form +- {result.form_bar(name) / 1e3:.2g} kN" in said
+    assert all(words in said for words in result.form)
+    assert np.isnan(result.form_bar("block_nose"))
+    found = Comparison(result, (replace(result), result), ("other", "own"))
+    assert f"{result.form_bar(name) / result.peaks[name].value:.0%} besides (form)" in advice(
+        found, 0.05, "impact on the wheel"
+    )
+
+
+def test_a_scene_that_light_models_cannot_run_has_no_such_rows(scene, ran):
+    result = load(ran[0])
+    curved = result.scene.replace(diverging={})
+    assert set(form(replace(result, scene=curved))) == set(form(result, by_passes=False))
+
+
+def test_what_light_passes_do_not_see_is_kept_for_the_scenes_it_is_of(ran):
+    result = load(ran[0])
+    kinematic = {"grade": "Mn13", "hardening": "kinematic"}
+    hard = result.scene.replace(friction=0.5, materials={"wing": kinematic, "nose": kinematic})
+    assert len(form(result, by_passes=False)) == 2
+    assert not form(replace(result, scene=hard), by_passes=False)
