@@ -23,7 +23,7 @@ import typer
 
 from bem.verification import estimates_study, orders, waves
 from rail_fem.atomic import write_text_atomically
-from rail_fem.hierarchy import smoke_requested
+from rail_fem.hierarchy import MODELS, smoke_requested
 from rail_fem.output.markdown import markdown_table
 from rail_fem.studies.harness import OUT, QUICK
 
@@ -65,13 +65,18 @@ def indentation(across: tuple[int, ...]) -> str:
 
 
 def speed_against_error(runs: Path | None) -> str:
-    """The comparison of the runs of one scene, or what is missing."""
+    """The comparison of the runs of one scene, with strain, and how the models without a run are run; or what is
+    missing."""
     if runs is None:
         return "Not asked for: `--runs DIR` names a folder of runs of one scene by several models.\n"
     from rail_fem.sweeps import compare
+    from rail_fem.sweeps.compare_strain import strain_table
 
     found = compare.compare([runs])
-    return f"{compare.table(found)}\n{compare.warnings(found)}\n"
+    absent = [model for model in MODELS if all(result.model != model for result in found.results)]
+    command = f"rail-fem sweep CASE {' '.join(f'--model {model}' for model in absent)} --out {runs.parent}"
+    more = [f"No run by {', '.join(absent)}: `{command}` makes it.\n"] if absent else []
+    return "\n".join([compare.table(found), strain_table(found), compare.warnings(found), *more])
 
 
 def hard_cases(files: tuple[str, ...]) -> str:

@@ -12,9 +12,10 @@ from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings
 from rail_fem.light.rigid import CLEAR, FOLLOW, LEAD, rigid_path, with_window
 from rail_fem.output.result import load
+from rail_fem.scene.scene import Crossing
 from rail_fem.scene.units import si_factor
 from rail_fem.settings.explicit import COMMON_WINDOW, FeSettings, FeWindowSettings
-from rail_fem.settings.light import BemPassageSettings, LumpedSettings, RigidHertzSettings
+from rail_fem.settings.light import BemPassageSettings, BemPlasticSettings, LumpedSettings, RigidHertzSettings
 from tests.rail_fem.test_scene import make_scene
 
 CASE = (Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml").read_text()
@@ -70,6 +71,12 @@ def test_a_wheel_that_would_settle_across_its_transfer_is_refused_with_the_remed
         shifted = FeSettings(element_size=3e-3, start=remedy - scene.direction_sign * 1e-3, end=end)
         assert preflight_errors(scene, shifted, 1, "fe_full") == []
     assert CLEAR == 20e-3
+
+
+def test_on_a_crossing_the_half_space_names_the_better_model_and_on_plain_rail_not():
+    """Its corners have a free side that a half-space lacks; a rail's head with a dip is what it is for."""
+    named = lambda scene: [text for text in case_warnings(scene, BemPlasticSettings()) if "fe_full at 1.4 mm" in text]
+    assert len(named(scene_of())) == 1 and named(scene_of(crossing=Crossing(family="joint"))) == []
 
 
 def test_what_check_warns_of_stands_in_result_and_trust_report(tmp_path):

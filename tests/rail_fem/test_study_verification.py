@@ -1,7 +1,13 @@
 """The verification page says what happened, a failure above all."""
 
-from rail_fem.studies.verification import hard_cases, page, speed_against_error
+from pathlib import Path
 
+from rail_fem.case.casefile import load_case
+from rail_fem.hierarchy import MODELS, solve
+from rail_fem.studies.verification import hard_cases, page, speed_against_error
+from tests.commands import call
+
+ROOT = Path(__file__).resolve().parents[2]
 THREE = """
 import pytest
 def test_what_holds(): pass
@@ -18,6 +24,22 @@ def test_every_case_has_a_row_with_its_outcome_and_failures_are_counted(tmp_path
     assert "| what does not hold | `test_three` | **failed**: assert 1 == 2 |" in text
     assert "| what needs a file | `test_three` | not run: no file |" in text
     assert text.endswith("3 cases, 1 failed.\n")
+
+
+def test_every_model_has_a_row_or_the_command_that_makes_it(tmp_path):
+    """The command is the program's own: of the light models it adds the rows that were missing."""
+    case = tmp_path / "case_02.toml"
+    case.write_text((ROOT / "cases" / "thesis" / "case_02.toml").read_text())
+    scene = load_case(case).scene
+    for model in ("lumped", "rigid_hertz"):
+        solve(model, scene).save(tmp_path / "runs" / "case_02" / model)
+    text = speed_against_error(tmp_path / "runs" / "case_02")
+    assert (
+        "No run by p2_formula, bem_passage, bem_plastic, fe_window, fe_full: `rail-fem sweep CASE --model p2_f" in text
+    )
+    call("sweep", case, "--model", "p2_formula", "--model", "bem_passage", "--out", tmp_path / "runs")
+    text = speed_against_error(tmp_path / "runs" / "case_02")
+    assert all(f"| {model} | {model} |" in text for model in list(MODELS)[:4]) and "No run by bem_plastic" in text
 
 
 def test_what_was_not_asked_for_is_said_and_a_smoke_page_says_so(monkeypatch):
