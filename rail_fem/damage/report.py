@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.sites import laws_of, maintenance_of
-from rail_fem.damage.traffic import EXTRAPOLATED, time_in_words
+from rail_fem.damage.traffic import EXTRAPOLATED, INSPECTION, WEEKS, time_in_words
 from rail_fem.output.markdown import markdown_table
 from rail_fem.settings.damage import DamageSettings
 
@@ -37,6 +37,8 @@ def study_report(title: str, settings: DamageSettings, found: dict[str, Any]) ->
             else "."
         ),
         *(["", *_impacts(found["impacts"])] if crossing else []),
+        "",
+        _traffic(settings, found["tonnage"]),
     ]
     for name, own in found["bodies"].items():
         lines += ["", f"## {name}", "", *_part(settings, found, own)]
@@ -60,6 +62,24 @@ def study_report(title: str, settings: DamageSettings, found: dict[str, Any]) ->
         hardest = sorted(found["contacts"], key=lambda c: -c["tgamma"])[:4]
         lines += ["## Hardest contacts at first", "", _contact_table(hardest), ""]
     return "\n".join([*lines, *_limits(settings, found.get("flow_before"))]) + "\n"
+
+
+def _traffic(settings: DamageSettings, tonnage: dict[str, float]) -> str:
+    """A year's axles as tonnage, and how often somebody looks at them."""
+    axles = settings.axles_per_year
+    told = (
+        f"{axles:,.0f} axles a year are {tonnage['gross']:.3g} million gross tonnes, {tonnage['equivalent']:.3g}"
+        " equivalent ones (EMGTPA; factors recalled of UIC 714)."
+    )
+    if settings.track_category is None:
+        return told
+    strengthened, plain, supervisor = INSPECTION[settings.track_category]
+    other = "not allowed where it is not strengthened" if plain is None else f"every {plain:g} where it is not"
+    return (
+        f"{told} In track category {settings.track_category} it is inspected every {strengthened:g} week(s) where it is"
+        f" strengthened ({strengthened / WEEKS * axles:,.0f} axles between), {other}, and by a supervisor every"
+        f" {supervisor:g}."
+    )
 
 
 def _removed(found: dict[str, Any]) -> tuple[str, str, float]:

@@ -20,7 +20,7 @@ from rail_fem.damage.groove import FlowLaw
 from rail_fem.damage.rolling import Rolling
 from rail_fem.damage.section import Passing, Section, scattered, sine_positions
 from rail_fem.damage.subsurface import SubsurfaceSteel, subsurface_fatigue
-from rail_fem.damage.traffic import Event, maintenance
+from rail_fem.damage.traffic import Event, equivalent_tonnage, maintenance
 from rail_fem.damage.wear import Archard, WearLaw, dry_laws
 from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.output.result import PassResult
@@ -108,6 +108,15 @@ def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, flo
         except InputError as error:
             raise ValueError(f"damage.traffic[{len(made)}]: {error}") from None
     return tuple(made)
+
+
+def tonnage_of(scene: Scene, settings: DamageSettings) -> dict[str, float]:
+    """Million gross tonnes a year, and equivalent ones (EMGTPA)."""
+    rows = [
+        (kind.stock, own.speed, settings.axles_per_year * share * own.axle_load / 1e9)
+        for kind, (own, share) in zip(settings.traffic or (Traffic(),), traffic_of(scene, settings), strict=True)
+    ]
+    return {"gross": sum(tonnes for *_, tonnes in rows), "equivalent": equivalent_tonnage(rows)}
 
 
 def switch_section(scene: Scene, settings: DamageSettings) -> Section:

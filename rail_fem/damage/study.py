@@ -24,7 +24,7 @@ from rail_fem.damage.drivers import sensitivities, wheel_ratios
 from rail_fem.damage.evolution import Evolution, begin, evolve
 from rail_fem.damage.flow import flow_digest, read_flow
 from rail_fem.damage.report import study_report
-from rail_fem.damage.sites import crossing_site, stepping_of, switch_section
+from rail_fem.damage.sites import crossing_site, stepping_of, switch_section, tonnage_of
 from rail_fem.damage.study_state import read_state, state_arrays, write_state
 from rail_fem.damage.summary import summary
 from rail_fem.output.progress import Progress
@@ -135,6 +135,7 @@ def _study(case, settings, folder, goes_on, identity, progress, say, workers: in
         site.start_from(state.starts)
         after = site.rate(state.worn)
     found = summary(settings, state, before, after) | {"flow_before": flow_before}
+    found["tonnage"] = tonnage_of(case.scene, settings)
     if crossing and settings.sensitivities:
         drivers = sensitivities(case.scene, settings, run)
         found["sensitivities"] = [[s.name, s.base, s.elasticity, s.error] for s in drivers]

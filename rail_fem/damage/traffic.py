@@ -1,8 +1,8 @@
-"""Traffic and maintenance: time to a limit, grinding and welding, sensitivities."""
+"""Traffic and maintenance: equivalent tonnage, inspection, time to a limit, grinding and welding, sensitivities."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,8 +14,43 @@ EXTRAPOLATED = 3.0  # times the passes that were run, beyond which no years are 
 UNITS = ((1.0 / 365.25, 14, "days"), (7 / 365.25, 9, "weeks"), (1 / 12, 24, "months"), (1.0, np.inf, "years"))
 
 
+# Form and values of UIC 714, recalled, not opened: S up to a speed [m/s], K of each kind of stock
+SPEED_FACTORS = tuple(
+    (limit / 3.6, factor)
+    for limit, factor in (
+        (60, 1.0),
+        (80, 1.05),
+        (100, 1.15),
+        (130, 1.25),
+        (160, 1.35),
+        (200, 1.4),
+        (250, 1.45),
+        (np.inf, 1.5),
+    )
+)
+STOCK_FACTORS = {"passenger": 1.0, "freight": 1.15, "tractive": 1.4}
+# Intervals [weeks] of inspection by track category: switches and crossings that are strengthened, that are not (None:
+# not allowed), and by a supervisor. Thesis, figure 1-6
+INSPECTION: dict[str, tuple[float, float | None, float]] = {
+    "1A": (1.0, None, 5.0),
+    "1": (1.0, 0.5, 8.0),
+    "2": (1.0, 0.5, 8.0),
+    "3": (1.0, 1.0, 13.0),
+    "4": (1.0, 1.0, 13.0),
+    "5": (1.0, 1.0, 13.0),
+    "6": (2.0, 2.0, 13.0),
+}
+WEEKS = 365.25 / 7  # in a year
+
+
 class TrafficError(WearError):
     """Traffic that cannot be: what, how large, what to do."""
+
+
+def equivalent_tonnage(kinds: Iterable[tuple[str, float, float]]) -> float:
+    """EMGTPA [Mt/year], thesis eq. 1-1: the sum of S K T over (stock, speed [m/s], T [Mt/year])."""
+    factor = lambda speed: next(s for limit, s in SPEED_FACTORS if speed <= limit + 1e-9)
+    return sum(factor(speed) * STOCK_FACTORS[stock] * tonnes for stock, speed, tonnes in kinds)
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ class Traffic(Frozen):
     """A kind of pass in the traffic of a damage study."""
 
     wheel: str = Field("", description="wheel profile by name, or as a path beside the case file; none: the scene's")
+    stock: Literal["passenger", "freight", "tractive"] = Field("passenger", description="by which its tonnage counts")
     share: Annotated[float, Quantity("", 0, 1, "of all passes; shares sum to 1")] = 1.0
     speed: Annotated[float, Quantity("mph", 0.5, 350, "speed; none: the scene's")] | None = None
     axle_load: (
@@ -137,6 +138,9 @@ class DamageSettings(Frozen):
     peak: Annotated[float, Quantity("N", 0, 1e4, "T gamma of most fatigue; the thesis prints 75")] = 65.0
     balance: Annotated[float, Quantity("N", 0, 1e4, "T gamma where wear takes away all cracks")] = 175.0
     axles_per_year: Annotated[float, Quantity("", 1, 1e8, "axles that run over it in a year")] = 500e3
+    track_category: Literal["1A", "1", "2", "3", "4", "5", "6"] | None = Field(
+        None, description="by which the crossing is inspected; none: nothing is said of inspections"
+    )
     flow: str = Field(
         "",
         max_length=400,

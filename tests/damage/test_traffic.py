@@ -1,9 +1,36 @@
-"""Time to a limit, maintenance, sensitivities."""
+"""Tonnage, inspection, time to a limit, maintenance, sensitivities."""
 
 import numpy as np
 import pytest
 
-from rail_fem.damage.traffic import WELD, Event, TrafficError, elasticity, life, time_in_words
+from rail_fem.case.casefile import load_case
+from rail_fem.case.examples import example
+from rail_fem.damage.report import _traffic
+from rail_fem.damage.sites import tonnage_of
+from rail_fem.damage.traffic import WELD, Event, TrafficError, elasticity, equivalent_tonnage, life, time_in_words
+
+
+def test_equivalent_tonnage_is_the_formulas():
+    """S_p (K_p T_p + K_t T_tp) + S_f (K_f T_f + K_t T_tf), thesis eq. 1-1, with UIC 714's factors."""
+    passenger, freight = 160 / 3.6, 100 / 3.6
+    kinds = [("passenger", passenger, 10.0), ("tractive", passenger, 1.0), ("freight", freight, 5.0)]
+    kinds.append(("tractive", freight, 0.5))
+    assert equivalent_tonnage(kinds) == pytest.approx(1.35 * (10 + 1.4) + 1.15 * (1.15 * 5 + 0.7), rel=1e-12)
+    assert [equivalent_tonnage([("passenger", v / 3.6, 1.0)]) for v in (60, 61, 200, 300)] == [1.0, 1.05, 1.4, 1.5]
+
+
+def test_a_studys_traffic_is_told_as_tonnage_and_between_inspections():
+    kinds = [
+        {"share": 0.75, "axle_load": "16 t", "speed": "75 mph"},
+        {"share": 0.25, "axle_load": "22 t", "speed": "60 km/h", "stock": "freight"},
+    ]
+    changes = {"damage.traffic": kinds, "damage.axles_per_year": 1e6, "damage.track_category": "1A"}
+    case = load_case(example("damage/crossing_mix"), changes)
+    found = tonnage_of(case.scene, case.damage)
+    assert found == pytest.approx({"gross": 12 + 5.5, "equivalent": 1.25 * 12 + 1.15 * 5.5})
+    told = _traffic(case.damage, found)
+    assert "17.5 million gross tonnes, 21.3 equivalent" in told
+    assert "every 1 week(s)" in told and "(19,165 axles between)" in told and "not allowed" in told
 
 
 def test_time_to_a_limit_and_what_grinding_moves():
