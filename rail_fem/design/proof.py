@@ -28,6 +28,7 @@ MODEL = "fe_full"
 SIZE, TWIN = (f"run.{MODEL}.{key}" for key in ("element_size", "error_twin"))
 LONGEST_REASON = 200  # characters
 PROVEN: dict[str, Measure] = {
+    "impact on the wheel": MEASURES["impact on the wheel"],
     **{name: MEASURES[f"largest {name}"] for name in ("leg force", "wing force", "nose force")},
     "longest flight": MEASURES["longest flight"],
     **{
@@ -40,7 +41,7 @@ PROVEN: dict[str, Measure] = {
     },
 }
 SEARCHED = {"leg force": "largest leg force", "wing force": "largest wing force", "nose force": "largest nose force"}
-SEARCHED["longest flight"] = "longest flight"  # name here -> quantity of a design
+SEARCHED |= {name: name for name in ("impact on the wheel", "longest flight")}  # name here -> quantity of a design
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
 
 import numpy as np
 
@@ -231,13 +233,14 @@ def settling_end(result: PassResult) -> tuple[float, float]:
     return end, float(np.interp(end, time, x))
 
 
-def stated_peaks(result: PassResult) -> dict[str, Peak]:
+@lru_cache(maxsize=1)  # tables ask for one after the other of the same result
+def stated_peaks(result: PassResult) -> Mapping[str, Peak]:
     """The forces that a result states, by name; where it states none, those of its history."""
     end = result.settings.get("settle_time") or -np.inf
     scene = result.scene
     found = force_peaks(result.history, scene.direction_sign, scene.static_wheel_load, end, scene.crossing.leg_end)
     usable = lambda name, peak: np.isfinite(peak.value) and (np.isfinite(peak.x) or name not in found)
-    return found | {name: peak for name, peak in result.peaks.items() if usable(name, peak)}
+    return MappingProxyType(found | {name: peak for name, peak in result.peaks.items() if usable(name, peak)})
 
 
 def lost_contact(time: np.ndarray, x: np.ndarray, force: np.ndarray, static_load: float) -> list[Loss]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.events import NEAR_END, force_peaks
+from rail_fem.output.events import NEAR_END, force_peaks, stated_peaks
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult, Peak, load
@@ -38,8 +38,9 @@ class ErrorMeasure:
 
 
 def peak(result: PassResult, *names: str) -> float:
-    """The first of these peaks that the result holds (SI), NaN without any."""
-    return next((result.peaks[name].value for name in names if name in result.peaks), NAN)
+    """The first of these peaks that the result states, or its history shows (SI); NaN without any."""
+    peaks = stated_peaks(result)
+    return next((peaks[name].value for name in names if name in peaks), NAN)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from rail_fem.light.dip import trajectory_dip
 from rail_fem.light.p2 import p2_force, p2_increment, unsprung_mass
 from rail_fem.output.markdown import markdown_table
 from rail_fem.scene.scene import Scene
-from rail_fem.sweeps.compare import FIRST_IMPACT, peak
+from rail_fem.sweeps.compare import FIRST_IMPACT, IMPACT, peak
 from rail_fem.sweeps.sweep_report import Results
 from rail_fem.sweeps.trends import Published
 
@@ -33,7 +33,7 @@ def published_table(rows: tuple[Published, ...], results: Results) -> list[str]:
         "our 2a: rigid path, trajectory [mrad]",
         "our P2: rigid path, trajectory [kN]",
         "published FE peak [kN]",
-        *(f"{m}: first impact on the nose, largest on nose [kN]" for m in moving),
+        *(f"{m}: impact on the wheel, first on the nose, largest on nose [kN]" for m in moving),
     ]
     return markdown_table(head, [published_row(row, results[row.case], moving) for row in mine])
 
@@ -54,10 +54,8 @@ def published_row(row: Published, results: dict, moving: list[str]) -> list[str]
     say = lambda values, factor, digits: ", ".join(
         "-" if v is None or v != v else f"{v * factor:.{digits}f}" for v in values
     )
-    forces = [
-        say((peak(results[m], *FIRST_IMPACT), peak(results[m], "largest_force_nose")), 1e-3, 1) if m in results else "-"
-        for m in moving
-    ]
+    wanted = IMPACT, FIRST_IMPACT, ("largest_force_nose",)
+    forces = [say([peak(results[m], *names) for names in wanted], 1e-3, 1) if m in results else "-" for m in moving]
     return [
         row.case,
         f"{scene.static_wheel_load / 1e3:.2f}",

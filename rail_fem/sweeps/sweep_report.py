@@ -8,6 +8,7 @@ import numpy as np
 
 from rail_fem.case.casefile import load_case
 from rail_fem.hierarchy import MODELS
+from rail_fem.output.events import stated_peaks
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult, load
@@ -164,8 +165,9 @@ def _bar(result: PassResult, name: str, factor: float) -> str:
 
 def shown(result: PassResult, names: tuple[str, ...], factor: float) -> str:
     """A peak in shown units with its error bar where it has one, "-" where it is not resolved."""
-    name = next((name for name in names if name in result.peaks), "")
-    return f"{result.peaks[name].value * factor:.1f}" + _bar(result, name, factor) if name else "-"
+    peaks = stated_peaks(result)
+    name = next((name for name in names if name in peaks), "")
+    return f"{peaks[name].value * factor:.1f}" + _bar(result, name, factor) if name else "-"
 
 
 def failures(outcomes: list[Outcome], errors: list[str]) -> list[str]:

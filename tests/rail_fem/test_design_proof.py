@@ -63,6 +63,24 @@ def test_what_the_search_calls_its_quantities_is_known():
     assert set(SEARCHED) <= set(PROVEN) and set(SEARCHED.values()) <= set(MEASURES)
 
 
+def test_a_proof_judges_by_the_impact_on_the_wheel_too(tmp_path):
+    """Of all bodies together, with its bar, first; what the search found of it beside it: 90 of 100 kN."""
+    text = design(tmp_path).read_text(encoding="utf-8")
+    quantity = [line for line in text.splitlines() if line.startswith("quantity")][0]
+    (tmp_path / "impact.toml").write_text(text.replace(quantity, 'quantity = "impact on the wheel"'), encoding="utf-8")
+    problem = read_design(tmp_path / "impact.toml")
+    start, best = shapes(problem, found(trial(0.7, 90.0, 0.9)), 1)
+    one, bars = problem.design.passes[0], {"impact_on_wheel": 2e3}
+    pair = [
+        ProofRun(shape, one, 2e-3, at_size(2e-3, slope, error_bars=bars))
+        for shape, slope in ((start, 1.0), (best, 0.0))
+    ]
+    change = 100 * (pair[1].value("impact on the wheel")[0] / pair[0].value("impact on the wheel")[0] - 1)
+    assert change == pytest.approx(100 * (1 / 1.08 - 1)) and next(iter(PROVEN)) == "impact on the wheel"
+    row = next(line for line in write_proof(problem, pair, tmp_path).splitlines() if "| impact on the wheel |" in line)
+    assert "+- 2 kN" in row and row.endswith("| -7 % | lower | -10 % |")
+
+
 def test_a_pass_may_want_another_window_than_the_proof_s():
     """A hollow wheel's patch is longer: what its pass sets goes before [proof], what is given now before both."""
     problem = read_design(ROOT / "cases" / "design" / "leg_and_nose.toml")

@@ -4,9 +4,14 @@ import os
 import numpy as np
 import pytest
 
+from rail_fem.output import events
 from rail_fem.output.events import stated_peaks
 from rail_fem.output.history import COLUMNS, complete_history
+from rail_fem.output.quantities import FORCES, REPORTED, reported
 from rail_fem.output.result import RESULT_VERSION, Cost, PassResult, PatchSummary, Peak, load, load_history_csv
+from rail_fem.sweeps.compare import IMPACT, peak
+from rail_fem.sweeps.sweep_report import forces_of
+from rail_fem.sweeps.trends import MEASURES
 from tests.rail_fem.test_scene import make_scene
 
 
@@ -145,3 +150,12 @@ def test_a_first_impact_of_an_older_result_is_named_for_its_body_beside_the_whee
     assert list(found.peaks) == [name] and found.peaks[name].value == 1.2e5
     assert stated_peaks(found)["impact_on_wheel"].value == pytest.approx(2e5, rel=1e-6)
     assert found.error_bars == {name: 3e3} and found.passes == ({name: 1e5},)
+    assert REPORTED["impact_on_wheel"].of(found) == MEASURES["impact on the wheel"].of(found) == peak(found, *IMPACT)
+    assert forces_of(found, ("wing", "nose")).startswith("200.0, 120.0 +- 3.0; ")
+
+
+def test_the_peaks_of_a_history_are_found_once_for_all_reported_forces(monkeypatch):
+    result, calls = make_result(), []
+    monkeypatch.setattr(events, "force_peaks", lambda *asked: calls.append(asked) or {})
+    found = reported(result)
+    assert len(calls) == 1 and set(found) & set(FORCES) == set(result.peaks) & set(FORCES)

@@ -306,6 +306,13 @@ def test_dip_of_a_bent_path_is_the_angle_between_its_sides():
     assert np.isnan(trajectory_dip(PassResult("lumped", SCENE, {}, {"time": x, "x": x})).angle)
 
 
+X = np.linspace(0.3, 0.4, 5)
+ONE_IMPACT = {
+    "history": {"time": X / 30, "x": X, "force": 1e3 * np.array([90, 100, 200, 90, 90.0])}
+    | {"force_nose": 1e3 * np.array([0, 0, 150, 90, 90.0]), "force_wing": 1e3 * np.array([90, 100, 50, 0, 0.0])}
+}
+
+
 def test_table_7_5_beside_our_columns():
     source, case = load_source(TRENDS), load_case(TRENDS.parent / "case_02.toml")
     results = {"case_02": {"p2_formula": hierarchy.solve("p2_formula", case.scene, case.runs["p2_formula"])}}
@@ -316,6 +323,10 @@ def test_table_7_5_beside_our_columns():
         and cells["difference [kN]"] == "+0.037"
         and cells["2a that gives the published P2 [mrad]"] == "7.3269"
     )
+    results["case_02"]["rigid_hertz"] = PassResult("rigid_hertz", case.scene, {}, **ONE_IMPACT)
+    head, _, row = published_table(source.published, results)
+    assert head.count("rigid_hertz: impact on the wheel, first on the nose, largest on nose [kN]") == 1
+    assert row.endswith(" 200.0, 150.0, 150.0 |")  # the wing carries 50 kN as the nose is struck
     assert published_table((), results) == [] and published_table(source.published, {}) == []
 
 
