@@ -66,6 +66,13 @@ def take(folder: Path) -> dict[str, Any] | None:
     raise OSError(f"{path} is made and removed again and again by another process")
 
 
+def is_ours(folder: Path) -> bool:
+    """Whether the folder is still this process's."""
+    with contextlib.suppress(OSError), _opened(Path(folder) / LOCK) as stream:
+        return _read(stream) == this_process()
+    return False
+
+
 def release(folder: Path) -> None:
     """Remove the lock if it is this process's."""
     path = Path(folder) / LOCK

@@ -75,6 +75,13 @@ def held(folder: Path) -> Iterator[None]:
             lock.release(folder)
 
 
+def lost(folder: Path) -> str:
+    """A sentence where the folder was removed, emptied or taken by another run since it was `held`; root only."""
+    if lock.is_ours(folder) and (Path(folder) / MARK).is_file():
+        return ""
+    return f"{folder} was removed or emptied while the run went on, which saves nothing there: run it again"
+
+
 def _entries(folder: Path) -> list[str]:
     """Names of what a folder holds, made if need be, less the lock. Errors: RunFolderError."""
     try:

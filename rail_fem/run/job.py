@@ -14,7 +14,7 @@ from rail_fem.case.warnings import case_warnings
 from rail_fem.light.rigid import with_window
 from rail_fem.output.progress import Progress, mark_ended, read_status
 from rail_fem.output.result import PassResult, load
-from rail_fem.output.runfolder import RunFolderError, fingerprint, held, prepare_folder
+from rail_fem.output.runfolder import RunFolderError, fingerprint, held, lost, prepare_folder
 from rail_fem.run.form import form
 from rail_fem.scene.scene import Frozen
 from rail_fem.show.figures import draw_run
@@ -111,12 +111,16 @@ def _solve_and_save(
             smoke = hierarchy.smoke_requested()
             moved = {} if smoke else launcher.on_root(lambda: form(result, form_by_passes))
             result = replace(result, warnings=(*warnings, *result.warnings), notes=notes, title=case.title, form=moved)
+            if gone := launcher.on_root(lambda: lost(folder)):
+                raise RunFailed(gone)
             launcher.on_root(lambda: result.save(folder))
             say(result_report(result))
             launcher.on_root(lambda: _draw(folder, say))
             if result.fault:
                 raise RunFailed(result.fault)
     except Exception as error:
+        if launcher.rank() == 0 and (gone := lost(folder)):
+            return gone
         _let_root_speak(folder, f"{type(error).__name__}: {error}")
         if isinstance(error, RunFailed):
             return str(error)

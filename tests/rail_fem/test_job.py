@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -75,6 +76,25 @@ def test_a_run_that_max_steps_ends_is_not_called_finished_and_goes_on(case, tmp_
     case.write_text(text)
     assert call("run", case, "--out", out, "--restart").exit_code == 0
     assert read_status(out)["state"] == "finished" and not load(out).cut_off
+
+
+@pytest.mark.parametrize("taken", [False, True])
+def test_a_folder_that_went_away_while_it_ran_gets_no_half_result(case, tmp_path, monkeypatch, taken):
+    """Removed, or made again by another run, which has it then."""
+    out, solve = tmp_path / "out", hierarchy.solve
+
+    def removed_meanwhile(*asked, **named):
+        result = solve(*asked, **named)
+        shutil.rmtree(out)
+        if taken:
+            out.mkdir()
+            (out / "run.lock").write_text(json.dumps({"host": "elsewhere", "pid": 1, "began": None}))
+        return result
+
+    monkeypatch.setattr(hierarchy, "solve", removed_meanwhile)
+    answer = call("run", case, "--out", out)
+    assert answer.exit_code == 1 and "was removed or emptied while the run went on" in answer.stderr
+    assert not any(path.suffix in (".npz", ".csv") or path.name == "result.json" for path in tmp_path.glob("out/*"))
 
 
 def test_figure_that_cannot_be_drawn_does_not_cost_the_run(case, tmp_path, monkeypatch):
