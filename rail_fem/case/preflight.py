@@ -1,23 +1,27 @@
 """Everything that forbids a run and can be known before anything is meshed or written. What judges one kind of model is
 imported where a run asks for it."""
 
+import numpy as np
+
 from geometry.surfaces.crossing import CrossingError
 from rail_fem.case.casefile import late_approach
-from rail_fem.light.rigid import window_errors, with_window
+from rail_fem.light.rigid import rigid_path, window_errors, with_window
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
-from rail_fem.settings.light import BemPlasticSettings, unfit_parts
+from rail_fem.settings.light import BemPlasticSettings, PassSettings, unfit_parts
 
 
 def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> list[str]:
     """Parts of the scene that the model does not take, too little memory, more ranks than cells, a window that leaves
-    the crossing or settles across a transfer, a travelling window that is too short, elements too large for it, a mesh
-    of one's own that cannot be run, cells of the plastic half-space beyond what it takes; one line each with the
-    remedy."""
+    the crossing or settles across a transfer, a wheelset that cannot begin on the diverging route, a travelling window
+    that is too short, elements too large for it, a mesh of one's own that cannot be run, cells of the plastic
+    half-space beyond what it takes; one line each with the remedy."""
     if unfit := unfit_parts(scene, asked):
         return [f"run.{model}: {error}" for error in unfit]
     if isinstance(asked, BemPlasticSettings):
         return _window_errors(scene, asked, model)
+    if isinstance(asked, PassSettings):
+        return _path_errors(scene, asked, model)
     if not isinstance(asked, FeSettings):
         return []
     from rail_fem.case.estimate import impossible
@@ -32,6 +36,7 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
     except (CrossingError, ValueError) as error:
         return [f"run.{model}.start, end: {error}"]
     errors += [f"run.{model}.{error}" for error in late_approach(scene, settings.start, settings)]
+    errors = errors or _start_errors(scene, settings, model)
     if settings.mesh:
         return errors or own_mesh_errors(scene, settings, model)
     return errors or mesh_errors(scene, settings, model)
@@ -50,6 +55,23 @@ def _window_errors(scene: Scene, settings: BemPlasticSettings, model: str) -> li
     except (CrossingError, ValueError) as error:
         return [f"run.{model}: {error}"]
     return []
+
+
+def _path_errors(scene: Scene, settings: PassSettings, model: str) -> list[str]:
+    """Why the wheel cannot stand at both ends of its path, or a wheelset of the diverging route not at the first."""
+    try:
+        rigid_path(scene, np.sort(settings.window(scene)))
+    except (CrossingError, ValueError) as error:
+        return [f"run.{model}.start, end: {error}"]
+    return _start_errors(scene, settings, model)
+
+
+def _start_errors(scene: Scene, settings: Frozen, model: str) -> list[str]:
+    if scene.diverging is None:
+        return []
+    from rail_fem.light.lateral_start import start_errors
+
+    return [f"run.{model}: {error}" for error in start_errors(scene, settings)]
 
 
 def own_mesh_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:

@@ -8,7 +8,7 @@ from rail_fem.scene.crossing import CAST, JOINT
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.steel import FROM_MEMORY
 from rail_fem.settings.explicit import FeSettings
-from rail_fem.settings.light import BemPlasticSettings
+from rail_fem.settings.light import BemPlasticSettings, PassSettings
 
 COMPARED_RATIOS = 9.25, 10.75  # between which the parametric crossing was held against anything
 ELEMENTS_ACROSS_PATCH = 6
@@ -25,7 +25,7 @@ SURROGATES = {
 def case_warnings(scene: Scene, settings: Frozen) -> list[str]:
     """All warnings about a case run by one model. settings : of the model, with start and end. Errors: as
     rail_fem.light.rigid.window_path."""
-    warnings = scene_warnings(scene)
+    warnings = scene_warnings(scene) + _off_the_sections(scene, settings)
     if isinstance(settings, BemPlasticSettings) and scene.crossing.family != JOINT:
         warnings.append(
             "a half-space has no free side: at the corners of wing and nose bem_plastic is 27 to 39 % low in plastic"
@@ -45,6 +45,22 @@ def case_warnings(scene: Scene, settings: Frozen) -> list[str]:
             " this one takes its first loading as an isotropic curve"
         )
     return warnings
+
+
+def _off_the_sections(scene: Scene, settings: Frozen) -> list[str]:
+    """A path that meets none of the sections of a crossing, whose ends are carried on."""
+    read = scene.crossing.read
+    if read is None or not isinstance(settings, (FeSettings, PassSettings)):
+        return []
+    path = (settings.start, settings.end) if isinstance(settings, FeSettings) else settings.window(scene)
+    low, high = min(path), max(path)
+    first, last = min(read.x), max(read.x)
+    if low <= last and first <= high:
+        return []
+    return [
+        f"the path from x = {low * 1e3:g} to {high * 1e3:g} mm meets none of the sections, which lie from"
+        f" {first * 1e3:g} to {last * 1e3:g} mm, only what carries them on (extend): see start, end and along"
+    ]
 
 
 def scene_warnings(scene: Scene) -> list[str]:

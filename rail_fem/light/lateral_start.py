@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from geometry.surfaces.crossing import CrossingError
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.vertical_pass import half_steps
@@ -29,11 +30,13 @@ from rail_fem.light.wheelset_pass import (
     wheelset_system,
 )
 from rail_fem.scene.scene import Scene
+from rail_fem.settings.explicit import FeSettings
 from rail_fem.settings.light import RigidHertzSettings
 
 WIDEST = 12e-3  # of the lateral positions that are looked at [m]
 BEYOND_CHECK = 2e-3  # of them behind the check rail's face [m]
-LENGTH, SPACING = 10e-3, 5e-3  # of track that is looked at from the start on [m]
+SPACING = 6e-3  # of positions along the track that are looked at [m]
+LENGTH = 2 * SPACING  # of track that is looked at from the start on [m]
 NOSE_SPACING = 10e-3  # between positions where the flange may strike the nose [m]
 
 
@@ -63,17 +66,43 @@ def lateral_start(scene: Scene, start: float, end: float) -> LateralStart:
     Errors: ValueError where the wheelset finds no equilibrium, derails, overturns, or strikes the nose with its flange;
     CrossingError.
     """
-    settings = _settings(scene, start, end)
-    surfaces = surfaces_of(scene, settings)
-    law = contacts_of(scene, settings, surfaces.over[len(surfaces.over) // 2])
-    step, x = half_steps(scene, settings, None)
-    contacts, system = wheelset_contacts(scene, law(x), surfaces, x), wheelset_system(scene, settings)
-    position, _ = start_of(scene, system, contacts, step)
+    surfaces, system, contacts, position = _standing(scene, _settings(scene, start, end))
     across = float(position[LATERAL] + system.rolling_radius * position[ROLL])
     along_pass = contact_table(centred(scene), start, end, NOSE_SPACING, across)
     one = Surfaces(np.array([across]), (along_pass,), surfaces.plain[:1], surfaces.level[:1])
     refuse_flange_on_nose(scene, system, one, position[None])
     return _start_at(system, contacts, position, across)
+
+
+def start_errors(scene: Scene, settings: FeSettings | RigidHertzSettings) -> list[str]:
+    """Why the wheelset of a diverging route cannot begin the pass of these settings, with start and end."""
+    try:
+        if isinstance(settings, FeSettings):
+            lateral_start(scene, *scene.in_order_of_travel(settings.start, settings.end))
+        else:
+            start, end = settings.window(scene)
+            first = {"start": start, "end": _first_stretch(start, end), "path_spacing": SPACING}
+            _standing(scene, settings.model_copy(update=first))
+    except (CrossingError, ValueError, FloatingPointError) as error:
+        return [str(error)]
+    return []
+
+
+def _standing(
+    scene: Scene, settings: RigidHertzSettings
+) -> tuple[Surfaces, WheelsetSystem, WheelsetContacts, np.ndarray]:
+    """Position (8,) of the wheelset where the settings' pass begins, and what it stands on. Errors: ValueError."""
+    surfaces = surfaces_of(scene, settings)
+    law = contacts_of(scene, settings, surfaces.over[len(surfaces.over) // 2])
+    step, x = half_steps(scene, settings, None)
+    contacts, system = wheelset_contacts(scene, law(x), surfaces, x), wheelset_system(scene, settings)
+    position, _ = start_of(scene, system, contacts, step)
+    refuse_flange_on_nose(scene, system, surfaces, position[None])
+    return surfaces, system, contacts, position
+
+
+def _first_stretch(start: float, end: float) -> float:
+    return start + float(np.copysign(LENGTH, end - start))
 
 
 def _settings(scene: Scene, start: float, end: float) -> RigidHertzSettings:
@@ -85,7 +114,7 @@ def _settings(scene: Scene, start: float, end: float) -> RigidHertzSettings:
     reach = min(max(abs(route.lateral or 0.0) + LATERAL_SPACING, clearance + BEYOND_CHECK), WIDEST)
     return RigidHertzSettings(
         start=start,
-        end=start + float(np.copysign(LENGTH, end - start)),
+        end=_first_stretch(start, end),
         path_spacing=SPACING,
         degrees_of_freedom="lateral_roll",
         lateral_range=reach,

@@ -7,6 +7,8 @@ import pytest
 
 from geometry.surfaces.crossing import CastCrossing
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.case.preflight import preflight_errors
+from rail_fem.case.warnings import case_warnings
 from rail_fem.models import rigid_hertz
 from rail_fem.output.result import load
 from rail_fem.scene.base import KEPT_SECTIONS as KEPT
@@ -48,6 +50,18 @@ def test_a_pass_over_sections_is_the_pass_over_the_surface_they_were_cut_from(fi
     assert one == pytest.approx(two, rel=0.02)
     runs[0].save(tmp_path / "run")
     assert load(tmp_path / "run").scene.plain() == by_sections.scene.plain()
+
+
+@pytest.mark.parametrize("extend", ["false", "true"])
+def test_a_path_that_meets_no_section_is_refused_or_where_ends_are_carried_on_told(files, extend):
+    """A crossing brought 5 m along, and the path where it was."""
+    case = load_case(case_with(files, *SECTIONS[:2], 'along = "5 m"', f"extend = {extend}"))
+    settings = case.runs["rigid_hertz"]
+    errors, told = preflight_errors(case.scene, settings, 1, "rigid_hertz"), case_warnings(case.scene, settings)
+    assert [error.partition(":")[0] for error in errors] == ["run.rigid_hertz.start, end"] * (extend == "false")
+    assert any("meets none of the sections" in warning for warning in told)
+    here = load_case(case_with(files, *SECTIONS))
+    assert not any("none of the sections" in one for one in case_warnings(here.scene, here.runs["rigid_hertz"]))
 
 
 def test_sections_are_known_by_their_content_and_kept_to_the_last_bit(files, tmp_path):

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
+from rail_fem.case.preflight import preflight_errors
 from rail_fem.hierarchy import solve
 from rail_fem.light.lateral_equilibrium import lateral_equilibrium
+from rail_fem.light.lateral_start import lateral_start
 from rail_fem.light.wheelset_dynamics import HEIGHT, LATERAL, ROLL, YAW, for_kernels, static_forces
 from rail_fem.models import rigid_hertz
 from rail_fem.scene.scene import GRAVITY
@@ -151,6 +153,20 @@ def test_a_check_rail_that_lets_the_flange_on_the_nose_is_refused():
     settings = SHORT.replace(start="150 mm", end="180 mm", lateral_range="11.5 mm", path_spacing="10 mm")
     with pytest.raises(ValueError, match=r"flangeway 48 mm\): from 10.50 mm .* strikes the nose at x = .*narrower by"):
         rigid_hertz.solve(scene(lateral_force="20 kN", check_rail="48 mm"), settings)
+
+
+def test_a_wheelset_that_cannot_begin_is_refused_before_the_run_and_by_its_sentence():
+    """A curve pushes it to where no check rail is; of the explicit model at its own start, 95 mm, 10 mm from which
+    round-off left less than the shortest window."""
+    free, explicit = scene(check_rail="100 mm", radius="300 m"), CASE.runs["fe_full"].replace(start="95 mm")
+    for model, run in (
+        ("rigid_hertz", lambda: rigid_hertz.solve(free, SHORT)),
+        ("fe_full", lambda: lateral_start(free, explicit.start, explicit.end)),
+    ):
+        with pytest.raises(ValueError, match="still push .* outwards") as found:
+            run()
+        asked = SHORT if model == "rigid_hertz" else explicit
+        assert preflight_errors(free, asked, 1, model) == [f"run.{model}: {found.value}"]
 
 
 @pytest.mark.parametrize(
