@@ -9,6 +9,7 @@ error of one mesh, not the end of the run.
 
 import os
 import pickle
+import resource
 import signal
 import subprocess
 import sys
@@ -24,6 +25,7 @@ Answer = TypeVar("Answer")
 OF_MPI = ("OMPI_", "PMIX_", "PMI_", "PRTE_")  # variables of a launcher
 LONGEST = 600.0  # for one answer [s]; a section takes under a second
 LONGEST_READING = 60  # processor time to read a file [s]; a mesh of a million hexahedra takes 10
+MOST_MEMORY = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2  # of the child that reads one [bytes]
 _mine = threading.local()  # the child of this thread, while a `gmsh_process` is open
 
 
@@ -90,14 +92,20 @@ def _manner(code: int, watch: threading.Timer) -> str:
 
 @contextmanager
 def reading() -> Iterator[None]:
-    """In the child: what reads a user's file inside is silent, and ended, with the child, after LONGEST_READING."""
+    """In the child: what reads a user's file inside is silent, ended, with the child, after LONGEST_READING, and has
+    MOST_MEMORY. Errors: MeshError where that is too little."""
     words, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    before = resource.getrlimit(resource.RLIMIT_DATA)
+    resource.setrlimit(resource.RLIMIT_DATA, (min([MOST_MEMORY, *(one for one in before if one >= 0)]), before[1]))
     signal.setitimer(signal.ITIMER_PROF, LONGEST_READING)
     try:
         for stream in (1, 2):
             os.dup2(nowhere, stream)
         yield
+    except MemoryError:
+        raise MeshError(f"the file takes more than {MOST_MEMORY / 1e9:.3g} GB, half of the memory, to read") from None
     finally:
+        resource.setrlimit(resource.RLIMIT_DATA, before)
         signal.setitimer(signal.ITIMER_PROF, 0)
         for stream in (1, 2):
             os.dup2(words, stream)

@@ -102,6 +102,19 @@ def test_a_file_that_is_read_for_ever_ends_with_the_child(monkeypatch):
         in_gmsh_process(read_without_end)
 
 
+def read_without_measure() -> None:
+    with module.reading():
+        np.zeros(module.MOST_MEMORY, dtype=np.int8)  # more than is left beside the interpreter's own
+
+
+def test_a_file_that_takes_all_memory_is_refused_and_the_child_lives():
+    """Zeros that nobody touches: what the system promises, before a page of it is filled."""
+    with gmsh_process():
+        with pytest.raises(MeshError, match="the file takes more than .* GB, half of the memory, to read"):
+            in_gmsh_process(read_without_measure)
+        assert in_gmsh_process(len, [1, 2]) == 2
+
+
 def test_what_a_child_prints_does_not_disturb_its_answers():
     assert in_gmsh_process(os.write, 1, b"Info    : printed by a library\n") > 0
     assert in_gmsh_process(print, "and by Python") is None
