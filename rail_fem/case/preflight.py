@@ -1,6 +1,8 @@
 """Everything that forbids a run and can be known before anything is meshed or written. What judges one kind of model is
 imported where a run asks for it."""
 
+from typing import Any
+
 import numpy as np
 
 from geometry.surfaces.crossing import CrossingError
@@ -66,7 +68,7 @@ def _path_errors(scene: Scene, settings: PassSettings, model: str) -> list[str]:
     return _start_errors(scene, settings, model)
 
 
-def _start_errors(scene: Scene, settings: Frozen, model: str) -> list[str]:
+def _start_errors(scene: Scene, settings: Any, model: str) -> list[str]:
     if scene.diverging is None:
         return []
     from rail_fem.light.lateral_start import start_errors
