@@ -15,6 +15,15 @@ def back_stress(modulus: float, recovery: float, start: float, sign: float, plas
     return bound + (start - bound) * np.exp(-recovery * np.asarray(plastic))
 
 
+def stress_amplitude(plastic: np.ndarray, yield_stress: float, modulus: np.ndarray, recovery: np.ndarray) -> np.ndarray:
+    """Of closed symmetric loops of plastic strain amplitude `plastic`: Y + sum C / gamma tanh(gamma plastic) [Pa].
+
+    From alpha running between -a and a along the law of `back_stress`.
+    """
+    plastic = np.asarray(plastic, float)[..., None]
+    return yield_stress + (np.asarray(modulus) / recovery * np.tanh(np.asarray(recovery) * plastic)).sum(axis=-1)
+
+
 def ratchet_strain(modulus: float, recovery: float, yield_stress: float, low: float, high: float) -> float:
     """Plastic strain that a cycle of stress between `low` and `high` [Pa] leaves, the same in every cycle.
 

@@ -103,18 +103,6 @@ class ContactPair:
         gap = self.wheel_height(x, s) - self.rail_height(x, s)
         return np.where(np.isfinite(gap), gap, np.inf)
 
-    def slice_profiles(
-        self, x: float, half_width: float = 0.02, spacing: float = 0.1e-3
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Rail and wheel (n, 2) s, h [m] of the section x' [m], by growing s, where each has a surface."""
-        s = np.linspace(-half_width, half_width, 2 * int(np.ceil(half_width / spacing)) + 1)
-        lines = (
-            np.column_stack([s, height(np.full(s.shape, float(x)), s)])
-            for height in (self.rail_height, self.wheel_height)
-        )
-        rail, wheel = (line[np.isfinite(line[:, 1])] for line in lines)
-        return rail, wheel
-
     def normal_force(self, wheel_load: float) -> float:
         """Force [N] along the normal of a wheel that is free to move up and down only, without friction."""
         return wheel_load / float(self.frame[2, 2])

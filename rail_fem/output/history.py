@@ -97,15 +97,3 @@ def shown_table(history: Mapping[str, np.ndarray]) -> tuple[list[str], np.ndarra
     header = [f"{name} [{column.unit}]" for name, column in COLUMNS.items()]
     table = np.column_stack([history[name] / si_factor(column.unit) for name, column in COLUMNS.items()])
     return header, table
-
-
-def from_shown_table(header: list[str], table: np.ndarray) -> dict[str, np.ndarray]:
-    """The inverse of `shown_table`: columns in SI by name. Errors: ValueError when a header's unit is not the
-    column's."""
-    history = {}
-    for title, values in zip(header, table.T):
-        name, _, unit = title.rstrip("]").partition(" [")
-        if name not in COLUMNS or unit != COLUMNS[name].unit:
-            raise ValueError(f"history: header '{title}' is not a column of this program's histories")
-        history[name] = values * si_factor(unit)
-    return history

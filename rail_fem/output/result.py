@@ -18,7 +18,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from rail_fem.atomic import write_atomically, write_text_atomically
-from rail_fem.output.history import complete_history, from_shown_table, shown_table
+from rail_fem.output.history import complete_history, shown_table
 from rail_fem.output.strict_json import NAN, dumps, nan_for_none
 from rail_fem.output.trust import trust_text
 from rail_fem.output.versions import import_pandas, versions
@@ -317,10 +317,3 @@ def _named_as_now(result: PassResult) -> PassResult:
     rename = lambda table: {share if name == "first_impact" else name: value for name, value in table.items()}
     passes = tuple(map(rename, result.passes))
     return replace(result, peaks=rename(result.peaks), error_bars=rename(result.error_bars), passes=passes)
-
-
-def load_history_csv(path: Path) -> dict[str, np.ndarray]:
-    """The columns of a history.csv in SI."""
-    with Path(path).open(newline="", encoding="utf-8") as stream:
-        rows = list(csv.reader(stream))
-    return from_shown_table(rows[0], np.array(rows[1:], dtype=float).reshape(-1, len(rows[0])))

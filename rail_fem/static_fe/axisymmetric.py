@@ -9,6 +9,7 @@ solutions by tests/versus/test_axisymmetric.py). Error: second order in displace
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ from bem.checks import refuse_unless_finite, refuse_unless_positive
 from bem.material import Elastic
 
 _MOST_STEPS, _PATIENCE = 30, 8
+PARTS = 1, 4, 16  # in which the gap of the next node is closed, more where fewer find no equilibrium
 _POINTS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / np.sqrt(3)
 _CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 _TRACE = np.array([1.0, 1.0, 1.0, 0.0])
@@ -206,3 +208,59 @@ class AxisymmetricBody:
                 u = u + change[:, 0]
         shown = " ".join(f"{value:.1e}" for value in mismatch[-5:])
         raise AxisymmetricError(f"no equilibrium in {len(mismatch)} steps (mismatch ... {shown}): take smaller loads")
+
+
+def lined_block(line: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Distance and depth (n^2,) [m] of the nodes of a block with a line (n,) of them each way, their numbers (n, n) and
+    quads (e, 4), depth counted down."""
+    across, depth = (values.ravel() for values in np.meshgrid(line, line, indexing="ij"))
+    at = np.arange(len(line) ** 2).reshape(len(line), -1)
+    quads = np.stack([at[:-1, 1:], at[1:, 1:], at[1:, :-1], at[:-1, :-1]], axis=-1).reshape(-1, 4)
+    return across, depth, at, quads
+
+
+def press_by_nodes(
+    body: AxisymmetricBody,
+    surface: np.ndarray,
+    height: np.ndarray,
+    still: np.ndarray,
+    across: int,
+    outer: tuple[np.ndarray, np.ndarray] | None = None,
+) -> Iterator[BalancedState]:
+    """A rigid body pressed into a surface: the contact grows by one node at a time, 1 to `across`. Each load is the one
+    at which the next node just touches and carries nothing, so that the contact's size is known without interpolation.
+
+    surface (n,) : degrees of freedom along z of its nodes;  height (n,) [m] of the rigid body above its lowest point;
+    still (c,) : degrees of freedom that do not move;  outer : those (o,) that move with the load, and by how much (o,)
+        [m/N]; the second amplitude is then the load [N], the first always the approach [m]
+    Raises AxisymmetricError where there is no equilibrium, or a node within pulls.
+    """
+    none, q = np.zeros(body.count), 1 if outer is None else 2
+    far_dofs, far = (np.zeros(0, int), np.zeros(0)) if outer is None else outer
+    state = BalancedState(none, none, body.respond(none, body.virgin()), np.zeros(q), [])
+    for k in range(1, across + 1):
+        inside = surface[: k + 1]
+        dofs = np.r_[still, far_dofs, inside]
+        motions, on_force = np.zeros((len(dofs), q)), np.zeros((q, body.count))
+        motions[-(k + 1) :, 0] = -1.0
+        on_force[0, inside[-1]] = 1.0  # the last node carries nothing
+        if outer is not None:
+            motions[len(still) : len(still) + len(far), 1], on_force[1, inside] = far, 1.0
+        opening = height[k] - state.amplitudes[0] - state.displacement[surface[k]]
+        for parts in PARTS:
+            found = state
+            try:
+                for part in range(1, parts + 1):
+                    target = np.r_[np.zeros(len(dofs) - k - 1), height[: k + 1]]
+                    target[-1] -= (1 - part / parts) * opening
+                    held = HeldMotions(dofs, target, motions, on_force, np.diag([0.0, 1.0][:q]))
+                    found = body.equilibrium(held, found.displacement, found.answer.plastic)
+                break
+            except AxisymmetricError:
+                if parts == PARTS[-1]:
+                    raise
+        state = found
+        force = -state.force[inside[:-1]]
+        if force.min() < -1e-6 * force.max():
+            raise AxisymmetricError(f"a node within pulls ({force.min():.3g} N) after {k} of {across}")
+        yield state

@@ -2,7 +2,7 @@
 
 The ridge is an arc about the line of contact that goes over into straight flanks and ends in a level; a flat is a ridge
 of infinite radius. The gap is given relative to the ridge, so that elastic patches on two ridges differ only by what
-the free sides make, not by curvature. The contact grows by one node of the surface at a time as in pressed_sphere.py;
+the free sides make, not by curvature. The contact grows by one node of the surface at a time (`press_by_nodes`);
 plane strain is a body of revolution far from its axis. Small strain on the undeformed ridge.
 Error: second order in displacement; `rail-fem study plastic-ridge` shows two sizes.
 """
@@ -16,9 +16,9 @@ import numpy as np
 from rail_fem.static_fe.axisymmetric import (
     AxisymmetricBody,
     AxisymmetricError,
-    BalancedState,
-    HeldMotions,
     YieldingSteel,
+    lined_block,
+    press_by_nodes,
 )
 from rail_fem.static_fe.pressed_sphere import graded
 
@@ -26,7 +26,6 @@ FAR = 20.0  # half width and depth of the mesh over the largest half-width of co
 FINE = 1.25  # of that half-width: the region of equal elements
 GROWTH = 1.15  # from one element to the next beyond
 REVOLUTION = 1e4  # radius of the body's axis over the mesh: plane strain
-PARTS = 1, 4, 16  # in which the gap of the next node is closed, more where fewer find no equilibrium
 
 
 @dataclass(frozen=True)
@@ -91,69 +90,30 @@ def press_ridge(
     load reached).
     """
     line = graded(half_width / across, FINE * half_width, FAR * half_width, GROWTH)
-    n, origin = len(line), REVOLUTION * line[-1]
-    x, depth = (values.ravel() for values in np.meshgrid(line, line, indexing="ij"))
+    origin, (x, depth, at, quads) = REVOLUTION * line[-1], lined_block(line)
     z = ridge.height(x) * (1 - depth / line[-1]) - depth
-    at = np.arange(n * n).reshape(n, n)
-    quads = np.stack([at[:-1, 1:], at[1:, 1:], at[1:, :-1], at[:-1, :-1]], axis=-1).reshape(-1, 4)
     body = AxisymmetricBody(np.column_stack([origin + x, z]), quads, steel)
-    surface, middle = 2 * at[:, 0] + 1, 2 * at[0]
-    outer = (2 * np.unique(np.r_[at[-1], at[:, -1]])[:, None] + [0, 1]).ravel()
-    fixed = np.union1d(middle, outer)
+    surface, outer = 2 * at[:, 0] + 1, (2 * np.unique(np.r_[at[-1], at[:, -1]])[:, None] + [0, 1]).ravel()
     gap, around = curvature * line**2 / 2, np.pi * origin  # half of the circumference: both halves of the section
-    spread = np.zeros(n)  # area of the surface that belongs to each node, per length
+    spread = np.zeros(len(line))  # area of the surface that belongs to each node, per length
     spread[:-1] += np.diff(line) / 2
     spread[1:] += np.diff(line) / 2
     area = body.weight.sum(axis=1) / around
     points = body.points.mean(axis=1) - [origin, 0.0]
-    none = np.zeros(body.count)
     rows: list[tuple[float, ...]] = []
-    state = BalancedState(none, none, body.respond(none, body.virgin()), np.zeros(1), [])
-    for k in range(1, across + 1):
-        for parts in PARTS:
-            try:
-                found = _take_in(body, k, gap, state, parts, fixed, surface)
+    strain = np.zeros(len(quads))
+    try:
+        for k, state in enumerate(press_by_nodes(body, surface, gap, np.union1d(2 * at[0], outer), across), 1):
+            pressure = -state.force[surface[:k]] / spread[:k] / (2 * np.pi * origin)
+            strain = state.answer.plastic.equivalent.mean(axis=1)
+            flowing = strain > 0
+            deep = float((ridge.height(points[flowing, 0]) - points[flowing, 1]).max(initial=0.0))
+            load = -float(state.force[surface[: k + 1]].sum()) / around
+            rows.append((line[k], load, pressure.max(), deep, float(strain @ area), float(strain.max())))
+            if load >= most_load:
                 break
-            except AxisymmetricError as fault:
-                if parts == PARTS[-1]:
-                    reached = rows[-1][1] if rows else 0.0
-                    raise AxisymmetricError(f"beyond a load of {reached:.3g} N/m: {fault}") from None
-        state = found
-        pressure = -state.force[surface[:k]] / spread[:k] / (2 * np.pi * origin)
-        if pressure.min() < -1e-6 * pressure.max():
-            raise AxisymmetricError(f"half-width {line[k]:.4g} m: a node within pulls ({pressure.min():.3g} Pa)")
-        strain = state.answer.plastic.equivalent.mean(axis=1)
-        flowing = strain > 0
-        deep = float((ridge.height(points[flowing, 0]) - points[flowing, 1]).max(initial=0.0))
-        load = -float(state.force[surface[: k + 1]].sum()) / around
-        rows.append((line[k], load, pressure.max(), deep, float(strain @ area), float(strain.max())))
-        if load >= most_load:
-            break
+    except AxisymmetricError as fault:
+        reached = rows[-1][1] if rows else 0.0
+        raise AxisymmetricError(f"beyond a load of {reached:.3g} N/m: {fault}") from None
     half, load_of, largest, zone, integral, most = np.array(rows).T
     return PressedRidge(half, load_of, largest, zone, integral, most, points, strain)
-
-
-def _take_in(
-    body: AxisymmetricBody,
-    k: int,
-    gap: np.ndarray,
-    before: BalancedState,
-    parts: int,
-    fixed: np.ndarray,
-    surface: np.ndarray,
-) -> BalancedState:
-    """On to the load at which node k just touches, its gap closed in equal parts. Raises AxisymmetricError."""
-    inside = surface[: k + 1]
-    dofs = np.r_[fixed, inside]
-    motions = np.zeros((len(dofs), 1))
-    motions[-(k + 1) :, 0] = -1.0
-    on_force = np.zeros((1, body.count))
-    on_force[0, inside[-1]] = 1.0  # the last node carries nothing
-    opening = gap[k] - before.amplitudes[0] - before.displacement[surface[k]]
-    for part in range(1, parts + 1):
-        target = np.zeros(len(dofs))
-        target[-(k + 1) :] = gap[: k + 1]
-        target[-1] -= (1 - part / parts) * opening
-        held = HeldMotions(dofs, target, motions, on_force, np.zeros((1, 1)))
-        before = body.equilibrium(held, before.displacement, before.answer.plastic)
-    return before

@@ -1,10 +1,9 @@
 """A rigid sphere pressed into a yielding half-space, by axisymmetric finite elements: the judge of bem/plastic.
 
-The contact grows by one node of the surface at a time: each load is the one at which the next node just touches and
-carries nothing, so the contact's radius is known without interpolation and load and approach are what is asked. Nodes
-within lie on the sphere; that their pressures are positive and the others lie below it is checked. Displacements are
-small and the sphere's surface moves straight down: the same problem as the half-space's, by other means.
-The mesh ends far away, where it moves as the half-space does under a force at a point.
+The contact grows by one node of the surface at a time (`press_by_nodes`): its radius is known, load and approach are
+what is asked. Nodes within lie on the sphere; that their forces are positive and the others lie below it is checked.
+Displacements are small and the sphere's surface moves straight down: the same problem as the half-space's, by other
+means. The mesh ends far away, where it moves as the half-space does under a force at a point.
 """
 
 from __future__ import annotations
@@ -18,14 +17,13 @@ from bem.material import Elastic
 from rail_fem.static_fe.axisymmetric import (
     AxisymmetricBody,
     AxisymmetricError,
-    BalancedState,
-    HeldMotions,
     YieldingSteel,
+    lined_block,
+    press_by_nodes,
 )
 
 FAR = 25.0  # radius and depth of the mesh over the largest radius of contact
 FINE = 1.25  # of that radius: the region of equal elements
-PARTS = 1, 4, 16  # in which the gap of the next node is closed: one, or more where that finds no equilibrium
 GROWTH = 1.1  # from one element to the next beyond
 
 
@@ -92,85 +90,29 @@ def tributary_area(r: np.ndarray) -> np.ndarray:
     return 2 * np.pi * area
 
 
-@dataclass(frozen=True)
-class _Model:
-    """Mesh of a pressed half-space: the body, radii of the surface's nodes (n,) [m] and their degrees of freedom along
-    z, those held on the axis and outside, displacement of the outer ones per newton of load."""
-
-    body: AxisymmetricBody
-    line: np.ndarray
-    surface: np.ndarray
-    axis: np.ndarray
-    outer: np.ndarray
-    far: np.ndarray
-
-    @classmethod
-    def of(cls, radius: float, across: int, steel: YieldingSteel) -> _Model:
-        line = graded(radius / across, FINE * radius, FAR * radius)
-        n = len(line)
-        r, z = (values.ravel() for values in np.meshgrid(line, -line, indexing="ij"))
-        at = np.arange(n * n).reshape(n, n)
-        quads = np.stack([at[:-1, 1:], at[1:, 1:], at[1:, :-1], at[:-1, :-1]], axis=-1).reshape(-1, 4)
-        body = AxisymmetricBody(np.column_stack([r, z]), quads, steel)
-        nodes = np.unique(np.r_[at[-1], at[:, -1]])
-        far = point_force(body.nodes[nodes], steel.elastic)
-        far[r[nodes] == 0, 0] = 0.0
-        outer = (2 * nodes[:, None] + [0, 1]).ravel()
-        return cls(body, line, 2 * at[:, 0] + 1, np.setdiff1d(2 * at[0], outer), outer, far.ravel())
-
-    def held(self, k: int, height: np.ndarray) -> HeldMotions:
-        """Nodes 0 to k of the surface at a height (k + 1,) [m] over the approach; amplitudes: approach, load."""
-        inside = self.surface[: k + 1]
-        dofs = np.r_[self.axis, self.outer, inside]
-        motions, target = np.zeros((len(dofs), 2)), np.zeros(len(dofs))
-        motions[-(k + 1) :, 0], target[-(k + 1) :] = -1.0, height
-        motions[len(self.axis) : len(self.axis) + len(self.outer), 1] = self.far
-        on_force = np.zeros((2, self.body.count))
-        on_force[0, inside[-1]] = 1.0  # the last node carries nothing
-        on_force[1, inside] = 1.0
-        return HeldMotions(dofs, target, motions, on_force, np.array([[0.0, 0.0], [0.0, 1.0]]))
-
-    def take_in(self, k: int, height: np.ndarray, before: BalancedState, parts: int) -> BalancedState:
-        """On to the load at which node k just touches, its gap closed in equal parts.
-
-        Raises AxisymmetricError when there is no equilibrium."""
-        opening = height[k] - before.amplitudes[0] - before.displacement[self.surface[k]]
-        for part in range(1, parts + 1):
-            target = height[: k + 1].copy()
-            target[k] -= (1 - part / parts) * opening
-            before = self.body.equilibrium(self.held(k, target), before.displacement, before.answer.plastic)
-        return before
-
-
 def press_sphere(gap: Callable[[np.ndarray], np.ndarray], radius: float, across: int, steel: YieldingSteel) -> Pressed:
     """Press until the contact has a radius [m], by `across` elements over it, one node after the other.
 
     gap : radii (n,) [m] -> height (n,) of the sphere above its lowest point [m]
     Raises AxisymmetricError where nodes pull, overlap, or no equilibrium is found.
     """
-    model = _Model.of(radius, across, steel)
-    line, surface, height = model.line, model.surface, np.asarray(gap(model.line), float)
-    carried, pressure, rows = tributary_area(line), np.zeros(len(line)), []
-    none = np.zeros(model.body.count)
-    state = BalancedState(none, none, model.body.respond(none, model.body.virgin()), np.zeros(2), [])
-    for k in range(1, across + 1):
-        for parts in PARTS:
-            try:
-                found = model.take_in(k, height, state, parts)
-                break
-            except AxisymmetricError:
-                if parts == PARTS[-1]:
-                    raise
-        state = found
+    line = graded(radius / across, FINE * radius, FAR * radius)
+    r, depth, at, quads = lined_block(line)
+    body = AxisymmetricBody(np.column_stack([r, -depth]), quads, steel)
+    edge = np.unique(np.r_[at[-1], at[:, -1]])
+    far = point_force(body.nodes[edge], steel.elastic)
+    far[r[edge] == 0, 0] = 0.0
+    outer, surface = (2 * edge[:, None] + [0, 1]).ravel(), 2 * at[:, 0] + 1
+    height, carried = np.asarray(gap(line), float), tributary_area(line)
+    pressure, rows = np.zeros(len(line)), []
+    axis = np.setdiff1d(2 * at[0], outer)
+    for k, state in enumerate(press_by_nodes(body, surface, height, axis, across, (outer, far.ravel())), 1):
         approach, load = state.amplitudes
         pressure = np.zeros(len(line))
         pressure[:k] = -state.force[surface[:k]] / carried[:k]
         above = state.displacement[surface[k + 1 :]] - (height[k + 1 :] - approach)
-        if pressure.min() < -1e-6 * pressure.max() or above.max() > 1e-6 * approach:
-            raise AxisymmetricError(
-                f"radius {line[k]:.4g} m: a node within pulls ({pressure.min():.3g} Pa), or one beyond lies"
-                f" {above.max():.3g} m above the sphere"
-            )
+        if above.max() > 1e-6 * approach:
+            raise AxisymmetricError(f"radius {line[k]:.4g} m: a node beyond lies {above.max():.3g} m above the sphere")
         strain = state.answer.plastic.equivalent.max()
         rows.append((line[k], load, approach, pressure.max(), strain, len(state.mismatch) - 1))
     radii, loads, approaches, largest, strains, steps = np.array(rows).T

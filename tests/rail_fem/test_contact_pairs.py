@@ -49,12 +49,6 @@ def test_p8_on_bs113a_as_in_the_thesis():
     assert abs(peaks[1] / pair.hertz(49505.0).max_pressure - 1) > 0.1
 
 
-def test_slices_are_the_gap():
-    pair = plain_rail_pair()
-    rail, wheel = pair.slice_profiles(2e-3, half_width=0.01)
-    np.testing.assert_allclose(wheel[:, 1] - rail[:, 1], pair.gap(np.full(len(rail), 2e-3), rail[:, 0]), atol=1e-12)
-
-
 def test_section_bodies_just_touch():
     pair = plain_rail_pair()
     rail, wheel = plain_rail_section(pair)
