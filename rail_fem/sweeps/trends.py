@@ -79,12 +79,6 @@ def largest_dip(result: PassResult) -> float:
     return float(height[np.isfinite(height)][0] - np.nanmin(height)) if np.isfinite(height).any() else np.nan
 
 
-def deepest(result: PassResult) -> float:
-    """How far the crossing's base goes down below its position without load [m]."""
-    height = result.history["crossing_height"]
-    return float(-np.nanmin(height)) if np.isfinite(height).any() else np.nan
-
-
 def swing(result: PassResult) -> float:
     """From the highest position of the crossing's base before its lowest to the lowest [m]."""
     height = result.history["crossing_height"]
@@ -200,7 +194,6 @@ MEASURES: dict[str, Measure] = {
     "force before the nose": Measure(force_before_nose, "kN", 1e-3),
     "crossing dip behind the leg": Measure(dip_behind_leg, "mm", 1e3),
     "crossing dip": Measure(largest_dip, "mm", 1e3),
-    "crossing depth": Measure(deepest, "mm", 1e3),
     "crossing swing": Measure(swing, "mm", 1e3),
     "transfer x": Measure(lambda r: r.transfer_x, "mm", 1e3, "transfer_x"),
     "launch speed": Measure(launch_speed, "m/s", 1.0),
