@@ -36,10 +36,8 @@ def run_control(control: ControlExperiment, trend: Trend, folder: Path, swept: C
 
 
 def control_words(control: ControlExperiment, trend: Trend, folder: Path, swept: CaseChanges = AS_IT_IS) -> str:
-    """The control in a line, with what was changed and what came out."""
+    """The control in a line, with what came out; what it changes stands in the file of groups."""
     found = run_control(control, trend, folder, swept)
-    changed = [f"{key} = {value}" for key, value in control.change.items()]
-    changed += [f"{case}: {key} = {value}" for case, change in control.only.items() for key, value in change.items()]
     quantity = control.quantity or trend.quantity
-    order = f"; {quantity}: {' < '.join(control.order or trend.order)}" if control.quantity or control.order else ""
-    return f"{control.says} ({', '.join(changed) or 'nothing changed'}{order}): {found.words(MEASURES[quantity].unit)}"
+    order = f" ({quantity}: {' < '.join(control.order or trend.order)})" if control.quantity or control.order else ""
+    return f"{control.says}{order}: {found.words(MEASURES[quantity].unit)}"

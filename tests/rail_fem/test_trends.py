@@ -318,11 +318,7 @@ def test_table_7_5_beside_our_columns():
     results = {"case_02": {"p2_formula": hierarchy.solve("p2_formula", case.scene, case.runs["p2_formula"])}}
     head, _, row = published_table(source.published, results)
     cells = dict(zip([c.strip() for c in head.split("|")], [c.strip() for c in row.split("|")]))
-    assert (
-        cells["our P2 with that 2a [kN]"] == "175.32"
-        and cells["difference [kN]"] == "+0.037"
-        and cells["2a that gives the published P2 [mrad]"] == "7.3269"
-    )
+    assert cells["our P2 with that 2a [kN]"] == "175.32" and cells["published P2 [kN]"] == "175.28"
     results["case_02"]["rigid_hertz"] = PassResult("rigid_hertz", case.scene, {}, **ONE_IMPACT)
     head, _, row = published_table(source.published, results)
     assert head.count("rigid_hertz: impact on the wheel, first on the nose, largest on nose [kN]") == 1
