@@ -101,7 +101,7 @@ def test_a_statement_of_each_case_is_judged_case_by_case_and_by_both_bars():
     """Nose forces of 100 and 200 kN against largest ones of 90 and 210: one speaks against, by 10 kN."""
     results = {}
     for case, nose, largest in (("a", 1e5, 0.9e5), ("b", 2e5, 2.1e5)):
-        peaks = {"first_impact_on_nose": Peak(nose, "N"), "largest_force": Peak(largest, "N")}
+        peaks = {"first_impact_on_nose": Peak(nose, "N", x=0.36), "largest_force": Peak(largest, "N", x=0.4)}
         results[case] = {"fe_full": replace(made("fe_full", nose), peaks=peaks)}
     above = Trend(says="more", quantity="first impact on the nose", exceeds=("largest force",), order=("a", "b"))
     (found,) = check(above, results)
