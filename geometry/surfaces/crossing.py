@@ -23,7 +23,7 @@ from geometry.surfaces.crossing_surface import (
     wing_gauge_y,
     wing_plane,
 )
-from geometry.surfaces.leg_transition import along, cast_leg, leg_loft, lengths, matching_points
+from geometry.surfaces.leg_transition import CAST_SLOPE, along, cast_leg, leg_loft, lengths, matching_points
 
 MM = 1e-3
 BENCHMARK_RATIO = 9.25
@@ -33,6 +33,7 @@ NOSE_SEGMENTS = {"face": 16, "corner": 16, "top": 12, "field top": 12, "field co
 CAST_LIMITS = {  # of the parameters, SI
     "ratio": (4.0, 40.0),
     "flangeway": (0.030, 0.070),
+    "cast_slope": (0.01, 0.07),
     "topping_slope": (0.0, 0.05),
     "topping_depth": (0.002, 0.010),
     "transition_length": (0.02, 1.0),
@@ -59,6 +60,7 @@ class CastCrossing(TwoBodies):
 
     ratio : N, unit crossing angle by centre line measure, angle = 2 atan(1 / 2N)
     flangeway : between wing and nose, 14 mm down
+    cast_slope : of the top of leg and wing, rising to the field side about the running line (the benchmark's: 1:20)
     topping_slope, topping_depth : of the topped nose where it begins (slope at ratio 9.25; it falls with the stretch)
     transition_length : of the machined change from the 56E1 rail to the cast section; its end stays where it is
     transition_smoothness : 0 straight between both, 1 cubic with level ends (the benchmark), 2 quintic
@@ -78,6 +80,7 @@ class CastCrossing(TwoBodies):
 
     ratio: float = 10.75
     flangeway: float = 41.24 * MM
+    cast_slope: float = CAST_SLOPE
     topping_slope: float = 0.015262
     topping_depth: float = 4.224 * MM
     transition_length: float = 116.2 * MM
@@ -285,7 +288,8 @@ def crossing_shape(crossing: CastCrossing) -> CrossingShape:
     stretch = crossing.stretch
     angle = 2 * np.arctan(1 / (2 * crossing.ratio))
     leg_end = (-729.1 + 116.2 - 234.3 * (stretch - 1)) * MM
-    cast = cast_leg()
+    cast = cast_leg(crossing.cast_slope)
+    steeper = cast.slope / CAST_SLOPE
     return CrossingShape(
         stretch=stretch,
         cast_slope=cast.slope,
@@ -309,8 +313,8 @@ def crossing_shape(crossing: CastCrossing) -> CrossingShape:
         wing_face=0.0503,
         wing_radius=6.05 * MM,
         wing_reference=10 * MM,
-        wing_reference_height=1.597 * MM,
-        cap_height=3.354 * MM,
+        wing_reference_height=1.597 * MM * steeper,
+        cap_height=3.354 * MM * steeper,
         pocket_x=-1.9 * MM,
         pocket_rate=0.021755,
         side_leg=cast.side,

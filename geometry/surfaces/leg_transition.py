@@ -12,6 +12,7 @@ from geometry.profiles.rail import gauge_face, rail_head
 from geometry.surfaces.crossing_surface import FLOOR, CrossingShape, leg_height
 
 MM = 1e-3
+CAST_SLOPE = 0.05  # of the benchmark's cast plane, rising to the field side
 FACE_TANGENT = -14.5287 * MM  # depth where the corner arc of 56E1 meets its side
 SPACING = 0.02 * MM  # of the rail line, whose arcs become chords: within s^2 / 8R = 4e-9 m of R12.7
 # matching features: y on the (centred) rail -> y on the cast section, the benchmark's fit
@@ -35,15 +36,17 @@ class CastLeg(NamedTuple):
     side_radius: float
 
 
-def cast_leg() -> CastLeg:
+def cast_leg(slope: float = CAST_SLOPE) -> CastLeg:
     """The benchmark's cast leg: plane 1:20, gauge corner R13, gauge face 1:4.
 
-    The gauge face 14 mm down follows from the arc: y = -35.022 mm (nominal -35).
+    The gauge face 14 mm down follows from the arc: y = -35.022 mm (nominal -35). A plane of another slope turns about
+    the origin and leaves the face where it is.
     """
-    slope, face, radius, centre_y = 0.05, 0.25, 13.0 * MM, -21.645 * MM
-    centre = centre_y, slope * centre_y - radius * np.sqrt(1 + slope**2)  # the arc touches the plane through the origin
-    root = np.sqrt(1 + face**2)
-    gauge_depth = 14 * MM
+    face, radius, centre_y = 0.25, 13.0 * MM, -21.645 * MM
+    gauge_depth, root = 14 * MM, np.sqrt(1 + face**2)
+    height = lambda y, lean: lean * y - radius * np.sqrt(1 + lean**2)  # of the arc's centre: it touches the plane
+    centre_y += (height(centre_y, slope) - height(centre_y, CAST_SLOPE)) * face / (1 - slope * face)
+    centre = centre_y, height(centre_y, slope)
     gauge_line = centre[0] - radius / root + (-gauge_depth - centre[1] - radius * face / root) * face
     side, side_radius = 35.05 * MM, 3.238 * MM
     side_start = side - side_radius * (1 + np.sin(np.arctan(slope)))

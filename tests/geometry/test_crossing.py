@@ -47,6 +47,21 @@ def test_cast_plane_is_one_in_twenty_and_the_gauge_face_one_in_four():
     assert np.diff(face)[0] == pytest.approx(2 * MM * 4)
 
 
+@pytest.mark.parametrize("slope", [0.015, 0.025, 0.05])
+def test_a_cast_plane_of_another_slope_turns_about_the_running_line_and_keeps_the_gauge_face(slope):
+    crossing, benchmark = CastCrossing(cast_slope=slope), CastCrossing()
+    y = np.linspace(-15, 28, 50) * MM
+    assert np.abs(crossing.top_height(-0.645, y, "wing") - slope * y).max() < 1e-15
+    face = np.array([-40.0, -38.0]) * MM
+    assert crossing.top_height(-0.645, face, "wing") == pytest.approx(
+        benchmark.top_height(-0.645, face, "wing"), abs=1e-15
+    )
+    for x in (-0.69, -0.3, 0.1, 0.4):
+        points = crossing.wing_section(x)[1 : crossing.wing_features["plane"]]
+        error = np.abs(crossing.top_height(x, points[:, 0], "wing") - points[:, 1])
+        assert error.max() < (1e-12 if x > crossing.shape.leg_end else 1e-7), x
+
+
 def test_wing_plane_is_fixed_at_first_and_falls_by_divergence_times_slope_later():
     crossing = CastCrossing(9.25)
     x = np.array([0.08, 0.10])
@@ -108,11 +123,13 @@ def test_top_height_and_sections_are_the_same_surface(ratio):
             assert error.max() < (1e-12 if x > crossing.shape.leg_end else 1e-7), (x, body)
 
 
+FITTED = {"cast_slope": 0.025, "wing_raise": -2.5 * MM, "topping_slope": 18e-3, "topping_depth": 5.4 * MM}
 TOPPED = {"nose_lowering": -0.87 * MM, "topping_slope": 18.2e-3, "topping_depth": 3.08 * MM}
 
 
 @pytest.mark.parametrize(
-    "ratio, step, changes", [(9.25, 1.0 * MM, {}), (10.75, 0.5 * MM, {}), (10.75, 1.0 * MM, TOPPED)]
+    "ratio, step, changes",
+    [(9.25, 1.0 * MM, {}), (10.75, 0.5 * MM, {}), (10.75, 1.0 * MM, TOPPED), (10.75, 1.0 * MM, FITTED)],
 )
 def test_sections_keep_their_points_and_move_continuously(ratio, step, changes):
     """Same count, feet on the floor, order kept; neighbours in x move by no more than the taper allows (no jump). Also
