@@ -2,13 +2,16 @@
 
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rail_fem import launcher
 from rail_fem.commands.ending import RUN_FAILED, say, stop, tell
 from rail_fem.commands.options import SetOption
+
+if TYPE_CHECKING:
+    from rail_fem.design.problem import Problem
 
 
 def design(
@@ -45,12 +48,18 @@ def design(
         ),
     ] = None,
     ranks: Annotated[int, typer.Option(help="with --prove: ranks of a run", min=1)] = 1,
+    scenes: Annotated[
+        int, typer.Option(help="of a file with observations: so many scenes of known truth are found again, too", min=0)
+    ] = 0,
 ) -> None:
     """Vary a case's parameters within bounds and look for what is best over a set of wheels and speeds.
 
     Seeded; every trial is kept in OUT/trials.csv, and started again the search goes on where it was. --prove runs in
     OUT/proof, goes on there too, and leaves proof.md and proof.png; --set is for these runs alone. --rounds goes on
     from there with the light model's numbers corrected by what the proofs have found, and proves again.
+
+    A file with observations in place of objectives is inverted: how likely each scene is by them, OUT/inversion.md and
+    .png. --prove then runs its proven passes in the most likely scene, and corrects the light model by them.
     """
     from rail_fem.case.casefile import CaseError
     from rail_fem.case.variations import VariationError, read_settings
@@ -70,6 +79,11 @@ def design(
         problem, changes = read_design(file), read_settings(settings or ())
         if prove:
             check_proof(problem, changes, finer or (), ranks)
+        if problem.facts:
+            if finer or begin is not None or rounds > 1:
+                stop("--finer, --begin and --rounds are of a search: an inversion has none of them")
+            _invert(problem, out, workers, prove, changes, ranks, scenes)
+            return
         earlier = trials_of(problem, begin) if begin is not None else []
         if not prove:
             found = search(problem, out, workers, say, None, earlier)
@@ -89,3 +103,21 @@ def design(
         stop(error)
     if any(run.fault for run in runs):
         raise typer.Exit(RUN_FAILED)
+
+
+def _invert(
+    problem: "Problem", out: Path, workers: int, prove: int, settings: dict[str, Any], ranks: int, scenes: int
+) -> None:
+    """Invert, prove the most likely scene where asked for, and try scenes of known truth."""
+    from rail_fem.design.inversion import covered, invert
+    from rail_fem.design.inversion_report import coverage_words, write_inversion
+    from rail_fem.design.proof import ProvenShape, prove_design
+
+    found = invert(problem, out, workers, say)
+    if prove:
+        shape = ProvenShape("likely", "most likely", found.likely)
+        runs = prove_design(problem, [shape], out, settings=settings, ranks=ranks, say=tell)
+        found = invert(problem, out, workers, say, runs)
+    say("\n" + write_inversion(problem, found, out))
+    if scenes:
+        say(coverage_words(problem, covered(problem, out, scenes, workers)))

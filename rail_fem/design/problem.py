@@ -31,6 +31,12 @@ set = { "scene.speed" = "100 mph" }
 quantity = "largest leg force"        # of rail_fem.sweeps.trends.MEASURES
 weight = 1.0
 target = "263.6 kN"                   # none: as small as can be
+
+In place of objectives a file of facts (rail_fem.design.observations), of passes of these names: then the trials say how
+likely each scene is by them (rail_fem.design.inversion).
+
+observations = "../thesis/observations.toml"
+rounds = 4                            # of `trials` / 4 each, drawn where the scenes are likely
 """
 
 from dataclasses import dataclass
@@ -44,6 +50,7 @@ from pydantic import Field, model_validator
 from rail_fem.case.casefile import load_case
 from rail_fem.case.casetext import read_as
 from rail_fem.case.variations import VariationError, field_of, value_of
+from rail_fem.design.observations import FactGroup, read_facts
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.output.quantities import two_now
 from rail_fem.scene.base import Count, Frozen
@@ -148,7 +155,9 @@ class Design(Frozen):
     vary: Annotated[tuple[Variable, ...], Field(min_length=1, max_length=30)]
     passes: Annotated[tuple[Pass, ...], Field(min_length=1, alias="pass")]
     checks: Annotated[tuple[Pass, ...], Field(alias="check")] = ()
-    objective: Annotated[tuple[Objective, ...], Field(min_length=1)]
+    objective: tuple[Objective, ...] = ()
+    observations: str = ""  # a file of facts in place of objectives
+    rounds: Annotated[Count, Field(ge=0, le=100)] = 4  # of trials where the facts make scenes likely
 
     @model_validator(mode="after")
     def _model_is_light(self) -> "Design":
@@ -157,6 +166,8 @@ class Design(Frozen):
             raise ValueError(
                 f'model "{self.model}" is no light model{suggest(self.model, light)}: a search takes {", ".join(light)}'
             )
+        if bool(self.objective) == bool(self.observations):
+            raise ValueError("give objectives, or observations in their place")
         passes = [p.name for p in (*self.passes, *self.checks)]
         for what, names in (("key", [v.key for v in self.vary]), ("pass", passes)):
             if len(set(names)) < len(names):
@@ -186,6 +197,7 @@ class Problem:
 
     design: Design
     case: Path
+    facts: tuple[FactGroup, ...] = ()
 
     @property
     def columns(self) -> list[tuple[str, str]]:
@@ -194,7 +206,9 @@ class Problem:
 
     def columns_of(self, passes: tuple[Pass, ...]) -> list[tuple[str, str]]:
         """The same for other passes."""
-        return [(one.name, objective.quantity) for one in passes for objective in self.design.objective]
+        asked = {column for group in self.facts for column in group.columns}
+        quantities = [objective.quantity for objective in self.design.objective] or sorted({q for _, q in asked})
+        return [(one.name, q) for one in passes for q in quantities if not asked or (one.name, q) in asked]
 
     def changes(self, values: np.ndarray | None) -> dict[str, Any]:
         """Keys of the case with their values; none for the case as it is."""
@@ -210,12 +224,12 @@ class Problem:
     def numbers(self, values: np.ndarray | None, passes: tuple[Pass, ...] = ()) -> np.ndarray:
         """(k,)  the measures of `columns` in their units, or of other passes. Errors: those of load_case and of the
         model."""
-        found = []
-        for one in passes or self.design.passes:
+        found, passes = [], passes or self.design.passes
+        columns = self.columns_of(passes)
+        for one in passes:
             case = load_case(self.case, self.changes(values) | one.set).by(self.design.model)
             result = solve(self.design.model, case.scene, case.runs[self.design.model])
-            for objective in self.design.objective:
-                measure = MEASURES[objective.quantity]
+            for measure in (MEASURES[quantity] for name, quantity in columns if name == one.name):
                 found.append(measure.of(result) / si_factor(measure.unit))
         return np.array(found)
 
@@ -242,7 +256,13 @@ def read_design(path: Path) -> Problem:
     CaseError."""
     path = Path(path)
     design = _with_common_keys(read_as(path, Design, DesignError))
-    problem = Problem(design, path.parent / design.case)
+    facts = read_facts(path.parent / design.observations, DesignError) if design.observations else ()
+    problem = Problem(design, path.parent / design.case, facts)
+    names = [one.name for one in design.passes]
+    if strange := [name for group in facts for name, _ in group.columns if name not in names]:
+        raise DesignError(
+            f"{path}: observations of {strange[0]}, which is none of the passes{suggest(strange[0], names)}"
+        )
     for one in (*design.passes, *design.checks):
         load_case(problem.case, design.proof | one.set).by(design.model)
     if faults := list(filter(None, map(_fault_of, design.vary))):

@@ -104,7 +104,7 @@ def shapes(problem: Problem, found: Found, count: int) -> list[ProvenShape]:
 
 def prove_design(
     problem: Problem,
-    found: Found,
+    found: Found | Sequence[ProvenShape],
     out: Path,
     count: int = 1,
     settings: Mapping[str, Any] | None = None,
@@ -114,12 +114,13 @@ def prove_design(
 ) -> list[ProofRun]:
     """Run what is to be proven, or go on with it.
 
-    count : how many of the best;  settings : keys of the case in place of the design's `proof` and of what a pass sets
+    found : of a search, or the shapes themselves;  count : how many of the best of a search
+    settings : keys of the case in place of the design's `proof` and of what a pass sets
     finer : element sizes at which the first pass of start and best is run, too, with error bars by a twin
     Errors: those of `check_proof`.
     """
     changes = check_proof(problem, settings or {}, finer, ranks)
-    chosen = shapes(problem, found, count)
+    chosen = shapes(problem, found, count) if isinstance(found, Found) else found
     tasks = [(shape, one, changes) for one in problem.design.proven for shape in chosen]
     first = problem.design.proven[0]
     tasks += [(shape, first, {TWIN: True, **changes, SIZE: size}) for size in finer for shape in chosen[:2]]

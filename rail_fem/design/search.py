@@ -71,7 +71,7 @@ def search(
     """
     record, design = SearchRecord(problem, Path(out)), problem.design
     with ProcessPoolExecutor(workers, initializer=end_with_parent) as pool:
-        run = lambda points: list(pool.map(_numbers, [problem] * len(points), points))
+        run = lambda points: list(pool.map(numbers_of, [problem] * len(points), points))
         judge = _Judge(problem, correct, record.start(run))
         seen = {tuple(trial.values): judge(trial) for trial in earlier}
         bounds = [variable.bounds for variable in design.vary]
@@ -143,7 +143,7 @@ def rounded(point: np.ndarray) -> np.ndarray:
     return np.array([float(f"{value:.{DIGITS}g}") for value in point])
 
 
-def _numbers(problem: Problem, values: np.ndarray | None) -> tuple[np.ndarray, str]:
+def numbers_of(problem: Problem, values: np.ndarray | None) -> tuple[np.ndarray, str]:
     """In a process of the pool: the numbers of a trial, or why there are none."""
     try:
         return problem.numbers(values), ""
@@ -178,7 +178,7 @@ class SearchRecord:
             design.model,
             [v.model_dump() for v in design.vary],
             [{key: value for key, value in p.set.items() if own(key)} for p in design.passes],
-            [o.quantity for o in design.objective],
+            [o.quantity for o in design.objective] or self.problem.columns,
             self.problem.case.read_text(encoding="utf-8"),
         ]
         return hashlib.sha256(json.dumps(about, default=str).encode()).hexdigest()[:16]
@@ -192,7 +192,7 @@ class SearchRecord:
             if unknown := [
                 f"{quantity} in {name}"
                 for value, (name, quantity) in zip(numbers, self.problem.columns)
-                if np.isnan(value)
+                if np.isnan(value) and self.problem.design.objective
             ]:
                 raise DesignError(
                     f"{self.problem.design.model} does not find {', '.join(unknown)} for the case as it is: take a"

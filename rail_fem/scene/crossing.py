@@ -31,11 +31,22 @@ SWITCH: Final = "switch"
 CAST_KEYS = tuple(field.name for field in fields(CastCrossing))
 # Shapes of the leg that had names, fitted to a flight that the thesis prints without a place (section 7.4)
 FORMER_LEGS = {"fitted": ("322.184 mm", 0.652113, "1.13683 mm"), "fitted-explicit": ("271 mm", 0.838, "1.217 mm")}
+# by name: keys of the parametric crossing; cases/design/casting.toml has found them, docs/leg.md says how well
+NAMED_CASTINGS = {
+    "thesis-fit": {
+        "wing_raise": "-2.5 mm",
+        "cast_slope": "25 mrad",
+        "topping_slope": "17 mrad",
+        "topping_depth": "5.6 mm",
+        "transition_length": "95 mm",
+        "leg_lowering": "0.05 mm",
+    }
+}
 DIP_KEYS = "dip_angle", "dip_length", "dip_shape", "dip_bend", "joint_gap"
 SWITCH_KEYS = "switch_radius", "switch_entry"
 FILE_KEYS = "file", "mirror", "lateral", "height", "along", "extend"
 FAMILY_KEYS = {  # what each family may be told beside `family`
-    CAST: CAST_KEYS,
+    CAST: (*CAST_KEYS, "casting"),
     SECTIONS: (*FILE_KEYS, "stations", "unit", "station_unit"),
     STEP: (*FILE_KEYS, "faces", "tolerance"),
     JOINT: DIP_KEYS,
@@ -57,9 +68,17 @@ class Crossing(Frozen):
     family: Literal["UK-cast", "sections", "step", "joint", "switch"] = Field(
         CAST, description="by design rules, by a file of sections, by a STEP file, plain rail with a joint, or a switch"
     )
+    casting: Literal["benchmark", "thesis-fit"] = Field(
+        "benchmark",
+        description="its shape where no key is given: that of the benchmark, or one found by inversion of what"
+        " Coleman's thesis prints of its own, which is not public",
+    )
     ratio: Annotated[float, Quantity("", 6, 32, "crossing ratio N of 1:N")] = 10.75
     flangeway: Annotated[float, Quantity("mm", 30, 70, "flangeway between wing and nose, 14 mm down")] = (
         CastCrossing.flangeway
+    )
+    cast_slope: Annotated[float, Quantity("mrad", 10, 70, "rise of the top of leg and wing rail to the field side")] = (
+        CastCrossing.cast_slope
     )
     topping_slope: Annotated[float, Quantity("mrad", 0, 50, "rise of the topped nose at 1:9.25")] = (
         CastCrossing.topping_slope
@@ -171,6 +190,13 @@ class Crossing(Frozen):
     @classmethod
     def _is_what_was_read(cls, digest: str, info: ValidationInfo) -> str:
         return digest_of_read(digest, info.data.get("read"))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _has_the_shape_of_its_name(cls, values: Any) -> Any:
+        """The keys of a named casting where none are given."""
+        name = values.get("casting") if isinstance(values, dict) else None
+        return (NAMED_CASTINGS.get(name, {}) if isinstance(name, str) else {}) | values if name else values
 
     @model_validator(mode="before")
     @classmethod

@@ -79,6 +79,19 @@ def largest_dip(result: PassResult) -> float:
     return float(height[np.isfinite(height)][0] - np.nanmin(height)) if np.isfinite(height).any() else np.nan
 
 
+def dip_before_nose(result: PassResult) -> float:
+    """How far the crossing's base goes down below its position at the start where the wheel has no nose below it
+    [m]."""
+    height = result.history["crossing_height"]
+    own = height[(result.history["x"] < result.scene.crossing.surface.nose_x) & np.isfinite(height)]
+    return float(height[np.isfinite(height)][0] - own.min()) if len(own) else np.nan
+
+
+def behind_nose(result: PassResult, x: float) -> float:
+    """Of a place, from where the nose begins [m]."""
+    return x - result.scene.crossing.surface.nose_x
+
+
 def swing(result: PassResult) -> float:
     """From the highest position of the crossing's base before its lowest to the lowest [m]."""
     height = result.history["crossing_height"]
@@ -194,8 +207,13 @@ MEASURES: dict[str, Measure] = {
     "force before the nose": Measure(force_before_nose, "kN", 1e-3),
     "crossing dip behind the leg": Measure(dip_behind_leg, "mm", 1e3),
     "crossing dip": Measure(largest_dip, "mm", 1e3),
+    "crossing dip before the nose": Measure(dip_before_nose, "mm", 1e3),
     "crossing swing": Measure(swing, "mm", 1e3),
     "transfer x": Measure(lambda r: r.transfer_x, "mm", 1e3, "transfer_x"),
+    "transfer behind the nose's beginning": Measure(lambda r: behind_nose(r, r.transfer_x), "mm", 1e3),
+    "largest nose force behind the nose's beginning": Measure(
+        lambda r: behind_nose(r, r.peaks["largest_force_nose"].x) if "largest_force_nose" in r.peaks else NAN, "mm", 1e3
+    ),
     "launch speed": Measure(launch_speed, "m/s", 1.0),
     "climb of the leg's path": Measure(lambda r: over_leg(r).slope.max(), "mrad", 1e3),
     "lift of the leg's path": Measure(lambda r: np.subtract(*over_leg(r).height[[-1, 0]]), "mm", 1e3),

@@ -12,6 +12,7 @@ from rail_fem.case.warnings import case_warnings
 from rail_fem.models import rigid_hertz
 from rail_fem.output.result import load
 from rail_fem.scene.base import KEPT_SECTIONS as KEPT
+from rail_fem.scene.crossing import NAMED_CASTINGS
 from rail_fem.scene.scene import Crossing, Scene
 from tests.geometry.cut_sections import write_cut_sections
 from tests.outside import needs, outside
@@ -161,6 +162,16 @@ def test_a_leg_that_had_a_name_says_what_to_write_instead(tmp_path):
     with pytest.raises(CaseError, match="scene.crossing.leg: unknown key"):
         load_case(case_with(tmp_path, 'leg = "steep"'))
     assert Crossing.checked({"ratio": 10.75, "leg": "benchmark"}) == Crossing(ratio=10.75)
+
+
+def test_a_named_casting_is_its_keys_and_gives_way_to_one_that_is_given(tmp_path):
+    keys = NAMED_CASTINGS["thesis-fit"]
+    plain = lambda *lines: load_case(case_with(tmp_path, *lines)).scene.crossing.plain()
+    written = [f'{key} = "{value}"' for key, value in keys.items()]
+    assert plain('casting = "thesis-fit"') == plain(*written) != plain()
+    assert plain('casting = "thesis-fit"', 'wing_raise = "1 mm"') == plain(*written[1:], 'wing_raise = "1 mm"')
+    named = load_case(case_with(tmp_path, 'casting = "thesis-fit"')).scene.crossing
+    assert Crossing.model_validate(named.model_dump(mode="json")) == named
 
 
 def test_unchanged_parameters_leave_a_case_what_it_was(tmp_path):

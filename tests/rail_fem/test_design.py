@@ -73,7 +73,7 @@ class Here:
 def bowl(tmp_path, monkeypatch):
     problem = read_design(design(tmp_path, trials=120))
     model = Bowl(problem)
-    monkeypatch.setattr(search_module, "_numbers", model)
+    monkeypatch.setattr(search_module, "numbers_of", model)
     monkeypatch.setattr(search_module, "ProcessPoolExecutor", Here)
     return problem, model
 
@@ -102,7 +102,7 @@ def test_a_search_that_was_killed_goes_on_where_it_was(bowl, tmp_path):
 
 def test_a_search_in_which_nothing_can_be_run_says_why(bowl, tmp_path, monkeypatch):
     problem, model = bowl
-    monkeypatch.setattr(search_module, "_numbers", lambda p, v: model(p, None if v is None else np.array([2.0])))
+    monkeypatch.setattr(search_module, "numbers_of", lambda p, v: model(p, None if v is None else np.array([2.0])))
     with pytest.raises(DesignError, match="none of the .* trials could be run, the last: the wheel derails"):
         search(problem, tmp_path / "out", say=lambda text: None)
 
@@ -219,7 +219,7 @@ def test_checks_are_reported_and_not_searched_on(tmp_path):
         ("[[pass]]", "[[passes]]", "passes: unknown key, did you mean 'pass'"),
         ('low = "-1 mm"', "low = [1]", r"vary.0..low.*: .1. must be a valid number"),
         ("nose_lowering", "nose_lowerin", "did you mean 'nose_lowering'"),
-        ("nose_lowering", "leg", "leg: is no physical quantity"),
+        ("nose_lowering", "casting", "casting: is no physical quantity"),
         ('low = "-1 mm"', 'low = "-9 mm"', "nose_lowering: -9 mm is outside"),
         ('low = "-1 mm"\nhigh = "2 mm"', 'low = "-1 kg"\nhigh = "2 kg"', "nose_lowering: .*has the dimension"),
         ("nose_transfer.toml", "none.toml", None),

@@ -78,7 +78,7 @@ def rounds(tmp_path, monkeypatch):
     """Three rounds with a light and an explicit model of one variable, their least values apart."""
     problem = read_design(design(tmp_path, trials=60))
     at = lambda values: 0.0 if values is None else float(values[0])
-    monkeypatch.setattr(search_module, "_numbers", lambda p, v: (np.array([light(at(v))]), ""))
+    monkeypatch.setattr(search_module, "numbers_of", lambda p, v: (np.array([light(at(v))]), ""))
     monkeypatch.setattr(search_module, "ProcessPoolExecutor", Here)
 
     def prove(problem, found, out, count, *rest):

@@ -1,0 +1,165 @@
+"""The scene behind a source: trials spread over the bounds, then where the facts make scenes likely, and what they say
+of the unknowns."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import qmc
+
+from rail_fem.design.correction import proven_numbers
+from rail_fem.design.observations import FactGroup
+from rail_fem.design.posterior import LEAST_TRIALS, Known, form_of, interval, known_by_trials, sample, with_proof
+from rail_fem.design.problem import DesignError, Problem
+from rail_fem.design.proof import ProofRun
+from rail_fem.design.search import SearchRecord, Trial, numbers_of, rounded
+from rail_fem.stopping import end_with_parent
+
+FORMS = np.linspace(0, 1, 25)  # between their bounds, at which a trial is judged
+
+
+@dataclass(frozen=True)
+class Inversion:
+    """known : facts and emulators;  samples (m, k + 1) : of the posterior, unknowns and error of form between their
+    bounds 0 and 1;  start : the case as it is;  likely : the trial that the facts make most likely;  without (g, k + 1,
+    2) : mean and standard deviation of each unknown with one group of facts left out;  trials : how many, those that
+    could not be run"""
+
+    known: list[Known]
+    samples: np.ndarray
+    start: Trial
+    likely: Trial
+    without: np.ndarray
+    trials: tuple[int, int]
+
+    @property
+    def interval(self) -> np.ndarray:
+        """(2, k + 1)  of 95 %, between the bounds 0 and 1."""
+        return interval(self.samples)
+
+
+def invert(
+    problem: Problem, out: Path, workers: int = 2, say: Callable[[str], None] = print, proofs: Sequence[ProofRun] = ()
+) -> Inversion:
+    """Make the trials, or go on with them, and judge them.
+
+    proofs : runs of the explicit model of the scene that was most likely without them
+    Errors: DesignError where too few trials can be run, or `out` holds another search.
+    """
+    record, design = SearchRecord(problem, Path(out)), problem.design
+    with ProcessPoolExecutor(workers, initializer=end_with_parent) as pool:
+        start = record.start(lambda points: list(pool.map(numbers_of, [problem] * len(points), points)))
+        trials = _made(record, pool, _spread(problem))
+        late = 0
+        for number in range(design.rounds):
+            known = _known(problem, trials, late)
+            samples = sample(known, len(design.vary), design.seed + number)
+            drawn = samples[:: max(1, 4 * len(samples) // design.trials), :-1]
+            more = _made(record, pool, scaled_back(problem, drawn))
+            trials, late = trials + more, late + len(_run(more))
+            say(f"{len(trials)} trials, of them {late} where the facts make scenes likely")
+        if design.guess:
+            trials = trials + _made(record, pool, np.array([design.guessed]))
+    known = _known(problem, trials, late)
+    likely = max(_run(trials), key=lambda trial: likelihood(problem, trial))
+    if proofs:
+        known = with_proof(known, proof_ratios(problem, proofs, likely))
+    samples = sample(known, len(design.vary), design.seed)
+    left_out = [sample([*known[:k], *known[k + 1 :]], len(design.vary), design.seed) for k in range(len(known))]
+    without = np.array([np.column_stack([own.mean(axis=0), own.std(axis=0)]) for own in left_out])
+    return Inversion(known, samples, start, likely, without, (len(trials), len(trials) - len(_run(trials))))
+
+
+def scaled(problem: Problem, values: np.ndarray) -> np.ndarray:
+    """Values (n, k) of the unknowns between their bounds 0 and 1."""
+    low, high = np.array([variable.bounds for variable in problem.design.vary]).T
+    return (values - low) / (high - low)
+
+
+def scaled_back(problem: Problem, points: np.ndarray) -> np.ndarray:
+    """The inverse, in the variables' units."""
+    low, high = np.array([variable.bounds for variable in problem.design.vary]).T
+    return low + points * (high - low)
+
+
+def facts_of(problem: Problem, group: FactGroup, numbers: np.ndarray) -> np.ndarray:
+    """(n, len(group.value))  what trials' numbers (n, m) make of a group, as compared."""
+    return group.of(numbers[:, [problem.columns.index(column) for column in group.columns]])
+
+
+def likelihood(problem: Problem, trial: Trial) -> float:
+    """Logarithm, up to a constant, of a trial's own numbers at the error of form at which it is largest."""
+    form, total = form_of(FORMS), np.zeros(len(FORMS))
+    for group in problem.facts:
+        found = facts_of(problem, group, trial.numbers[None])
+        total += group.log_likelihood(np.repeat(found, len(form), axis=0), np.zeros((1, 1)), form)
+    return float(np.nan_to_num(total, nan=-np.inf).max())
+
+
+def proof_ratios(problem: Problem, runs: Sequence[ProofRun], likely: Trial) -> dict[str, dict[str, float]]:
+    """By group and pass what the explicit model has beside the light one, as compared; of passes that were proven."""
+    explicit = proven_numbers(problem, runs, runs[0].shape.name)
+    ratios = {}
+    for group in problem.facts:
+        beside = facts_of(problem, group, explicit[None])[0] - facts_of(problem, group, likely.numbers[None])[0]
+        ratios[group.name] = {name: float(one) for name, one in zip(group.value, beside) if np.isfinite(one)}
+    return ratios
+
+
+def covered(problem: Problem, out: Path, scenes: int, workers: int = 2) -> np.ndarray:
+    """(scenes, k, 3)  whether each unknown of scenes drawn from the prior lies in its 95 % interval, the interval's
+    width over the bounds', and the scene's place between them: facts made by the model itself with all errors that the
+    likelihood counts, inverted by the emulators of the trials that are spread over the bounds."""
+    record, design = SearchRecord(problem, Path(out)), problem.design
+    count = len(design.vary)
+    rng = np.random.default_rng(design.seed)
+    with ProcessPoolExecutor(workers, initializer=end_with_parent) as pool:
+        trials = _made(record, pool, _spread(problem))
+        truths = _run(_made(record, pool, scaled_back(problem, rng.random((scenes, count)))))
+    found = []
+    for truth in truths:
+        form = float(form_of(rng.random()))
+        printed = [
+            one
+            for group in problem.facts
+            for one in group.drawn(truth.numbers[[problem.columns.index(c) for c in group.columns]], form, rng)
+        ]
+        known = _known(Problem(design, problem.case, tuple(printed)), trials, 0, problem.columns)
+        low, high = interval(sample(known, count, design.seed))[:, :count]
+        at = scaled(problem, truth.values[None])[0]
+        found.append(np.column_stack([(low <= at) & (at <= high), high - low, at]))
+    return np.array(found)
+
+
+def _known(problem: Problem, trials: Sequence[Trial], late: int, columns: Sequence[tuple[str, str]] = ()):
+    good = _run(trials)
+    if len(good) < LEAST_TRIALS:
+        raise DesignError(
+            f"{len(good)} of {len(trials)} trials could be run, at least {LEAST_TRIALS} are needed, the last:"
+            f" {[trial.fault for trial in trials if trial.fault][-1:]}"
+        )
+    points = scaled(problem, np.array([trial.values for trial in good]))
+    numbers = np.array([trial.numbers for trial in good])
+    return known_by_trials(problem.facts, columns or problem.columns, points, numbers, late)
+
+
+def _spread(problem: Problem) -> np.ndarray:
+    """(trials, k)  values spread evenly over the bounds."""
+    design = problem.design
+    sobol = qmc.Sobol(len(design.vary), seed=design.seed)
+    return scaled_back(problem, sobol.random_base2(int(np.ceil(np.log2(design.trials))))[: design.trials])
+
+
+def _run(trials: Sequence[Trial]) -> list[Trial]:
+    return [trial for trial in trials if not trial.fault]
+
+
+def _made(record: SearchRecord, pool: ProcessPoolExecutor, values: np.ndarray) -> list[Trial]:
+    """The trials of these values (n, k), each kept as soon as it is made."""
+    points = [rounded(value) for value in values]
+    missing = [point for point in points if point not in record]
+    for point, (numbers, fault) in zip(missing, pool.map(numbers_of, [record.problem] * len(missing), missing)):
+        record.add(Trial(point, numbers, np.nan, fault))
+    return [record[point] for point in points]

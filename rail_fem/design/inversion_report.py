@@ -1,0 +1,170 @@
+"""What an inversion found: unknowns and how well they are known, facts beside the scene that they make most likely,
+which fact decides what; and a figure of the posterior."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from rail_fem.design.inversion import Inversion, facts_of, scaled, scaled_back
+from rail_fem.design.posterior import form_of
+from rail_fem.design.problem import Problem
+from rail_fem.output.markdown import markdown_table
+from rail_fem.show.style import GREY, NOSE, TOTAL, WING, new_figure
+from rail_fem.show.table_and_figure import write_table_and_figure
+
+OPEN_WIDTH = 0.75  # of the bounds: an unknown whose 95 % interval is as wide is not known by these facts
+DECIDES = 0.25  # change of an unknown's standard deviation or mean, in its own, that a group's absence has to make
+
+
+def write_inversion(problem: Problem, found: Inversion, out: Path) -> str:
+    """inversion.md and inversion.png in `out`; returns the text. Errors: OSError."""
+    text = inversion_report(problem, found)
+    folder = Path(out)
+    draw = lambda: inversion_figure(problem, found)
+    write_table_and_figure(folder / "inversion.md", text, folder / "inversion.png", draw)
+    return text
+
+
+def inversion_report(problem: Problem, found: Inversion) -> str:
+    """Markdown: unknowns, facts, influence."""
+    design, width = problem.design, np.diff(found.interval, axis=0)[0]
+    low, high = (scaled_back(problem, side[None, :-1])[0] for side in found.interval)
+    mean = scaled_back(problem, found.samples[:, :-1].mean(axis=0)[None])[0]
+    rows = [
+        [v.key, f"{v.low} to {v.high}", f"{m:.4g}", f"{a:.4g} to {b:.4g} {v.unit}", _share(w), f"{best:.4g} {v.unit}"]
+        for v, m, a, b, w, best in zip(design.vary, mean, low, high, width, found.likely.values)
+    ]
+    form = 100 * form_of(np.r_[found.samples[:, -1].mean(), found.interval[:, -1]])
+    return "\n".join(
+        [
+            f"# The scene behind {Path(design.observations).name}, by {design.model}",
+            "",
+            f"{found.trials[0]} trials, {found.trials[1]} of them could not be run (seed {design.seed}).",
+            f"Relative error of the model's form: {form[0]:.1f} % ({form[1]:.1f} to {form[2]:.1f} %).",
+            "",
+            *markdown_table(["unknown", "bounds", "mean", "95 %", "width over the bounds", "most likely trial"], rows),
+            "",
+            *markdown_table(
+                ["fact", "pass", "printed", "start", "most likely", "corrected by"], _facts(problem, found)
+            ),
+            "",
+            "Without one group of facts each, the standard deviation of each unknown over that with all, in brackets by"
+            f" how many of these its mean moves; blank below {DECIDES:g}:",
+            "",
+            *markdown_table(["left out", *(v.title for v in design.vary)], _influence(found)),
+        ]
+    )
+
+
+def coverage_words(problem: Problem, found: np.ndarray) -> str:
+    """Of `covered`: how many unknowns of known scenes lie in their 95 % intervals, and how wide these are."""
+    inside, width, _ = found.transpose(2, 0, 1)
+    lines = [
+        f"Scenes of known truth: {len(found)}; {100 * inside.mean():.1f} % of {inside.size} unknowns lie in their 95 %"
+        f" intervals, which are {100 * width.mean():.0f} % of the bounds wide.",
+        "",
+    ]
+    rows = [
+        [v.key, f"{100 * own.mean():.0f} %", f"{100 * w.mean():.0f} %"]
+        for v, own, w in zip(problem.design.vary, inside.T, width.T)
+    ]
+    return "\n".join([*lines, *markdown_table(["unknown", "inside", "mean width over the bounds"], rows)])
+
+
+def _share(width: float) -> str:
+    return f"{100 * width:.0f} %" + (" (not known)" if width >= OPEN_WIDTH else "")
+
+
+def _facts(problem: Problem, found: Inversion) -> list[list[str]]:
+    rows = []
+    for one in found.known:
+        group = one.group
+        sides = [facts_of(problem, group, trial.numbers[None])[0] for trial in (found.start, found.likely)]
+        bound = {"": "", "least": ">= ", "most": "<= "}[group.bound]
+        shown = lambda value: f"{np.exp(value) if group.relative else value:.4g}"
+        change = lambda shift: f"{100 * np.expm1(shift):+.1f} %" if group.relative else f"{shift:+.3g}"
+        for name, value, a, b, shift in zip(group.value, group.values, *sides, one.shift):
+            printed = f"{bound}{shown(value)} {group.unit} +- {group.sd}"
+            rows.append([group.name, name, printed, shown(a), shown(b), change(shift) if shift else ""])
+    return rows
+
+
+def _influence(found: Inversion) -> list[list[str]]:
+    mean, own = found.samples.mean(axis=0), found.samples.std(axis=0)
+    rows = []
+    for one, (means, deviations) in zip(found.known, found.without.transpose(0, 2, 1)):
+        wider, moved = deviations / own, (means - mean) / own
+        told = np.maximum(np.abs(wider - 1), np.abs(moved)) > DECIDES
+        cells = [f"{w:.2f} ({m:+.1f})" if show else "" for w, m, show in zip(wider, moved, told)]
+        rows.append([one.group.name, *cells[:-1]])
+    return rows
+
+
+def inversion_figure(problem: Problem, found: Inversion) -> Figure:
+    """On the diagonal each unknown's posterior over its bounds with its 95 % interval, below it all pairs; above it how
+    far the facts are met, by group."""
+    vary = problem.design.vary
+    count = len(vary)
+    figure = new_figure(12.5)
+    grid = figure.add_gridspec(count, count + 1)
+    at = scaled_back(problem, found.samples[:, :-1])
+    likely, inside = found.likely.values, np.array(found.interval[:, :-1])
+    low, high = (scaled_back(problem, side[None])[0] for side in inside)
+    for i in range(count):
+        for k in range(i + 1):
+            axes = figure.add_subplot(grid[i, k])
+            axes.set_xlim(vary[k].bounds)
+            axes.grid(visible=False)
+            if i == k:
+                axes.hist(at[:, i], bins=24, range=vary[i].bounds, color=WING, alpha=0.6)
+                axes.axvspan(low[i], high[i], color=GREY, alpha=0.2, zorder=0)
+                axes.axvline(likely[i], color=NOSE, lw=2)
+                axes.set_yticks([])
+                axes.set_title(f"{low[i]:.4g} to {high[i]:.4g}", fontsize=9)
+            else:
+                axes.plot(at[:, k], at[:, i], ".", ms=2, color=WING, alpha=0.5)
+                axes.plot(likely[k], likely[i], "D", ms=5, color=NOSE)
+                axes.set_ylim(vary[i].bounds)
+            axes.tick_params(labelsize=8, labelbottom=i == count - 1, labelleft=k == 0 and i > 0)
+            axes.locator_params(nbins=3)
+            if i == count - 1:
+                axes.set_xlabel(vary[k].title.replace("_", " ").replace(" [", "\n["), fontsize=9)
+            if k == 0 and i > 0:
+                axes.set_ylabel(vary[i].title.replace("_", " ").replace(" [", "\n["), fontsize=9)
+    _draw_facts(problem, found, figure.add_axes((0.7, 0.56, 0.29, 0.39)))
+    start = scaled(problem, likely[None])[0]
+    beside = " (at a bound)" if ((start < 0.01) | (start > 0.99)).any() else ""
+    figure.suptitle(
+        f"What {Path(problem.design.observations).name} says of the scene, by {problem.design.model}: 95 % intervals"
+        f" grey, the most likely trial orange{beside}",
+        fontsize=13,
+    )
+    return figure
+
+
+def _draw_facts(problem: Problem, found: Inversion, axes) -> None:
+    """How many standard deviations of source and form each group's facts are missed by, start and most likely scene."""
+    form = form_of(found.samples[:, -1].mean())
+    names = [one.group.name for one in found.known]
+    for trial, words, colour, marker in ((found.start, "start", GREY, "s"), (found.likely, "most likely", NOSE, "D")):
+        for row, one in enumerate(found.known):
+            group = one.group
+            spread = np.hypot(group.spread, form if group.relative else 0.0)
+            beside = (facts_of(problem, group, trial.numbers[None])[0] - group.values) / spread
+            if group.bound:
+                beside = np.minimum(beside, 0) if group.bound == "least" else np.maximum(beside, 0)
+            axes.plot(
+                beside.clip(-6, 6),
+                np.full(len(beside), row),
+                marker,
+                ms=5,
+                color=colour,
+                label=words if not row else "",
+            )
+    axes.axvspan(-2, 2, color=GREY, alpha=0.15, zorder=0)
+    axes.axvline(0, color=TOTAL, lw=1)
+    axes.set_yticks(range(len(names)), names, fontsize=9)
+    axes.invert_yaxis()
+    axes.set_xlabel("missed by, in standard deviations of source and form (6 and more at the edge)", fontsize=9, x=0.2)
+    axes.legend(fontsize=9, loc="lower right")
