@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
-from geometry.contact.prismatic_search import RESOLUTION, ROUGH, ContactSearch, Motion, creepages
+from geometry.contact.prismatic_search import RESOLUTION, ROUGH, ContactSearch, Motion, creepages, creepages_at
 from geometry.contact.rail_kinds import branches
 from geometry.profiles.profile import Profile, arc, graph, line
 from geometry.profiles.rail import rail_head
@@ -341,6 +341,18 @@ def test_creepages_of_a_free_rolling_cone():
     )
     # locked wheel slides at full speed
     assert creepages(yawed, found, Motion(30.0, spin=0.0))[0, 0] == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_wheelset_that_yaws_and_rolls_drags_its_points_about_its_centre():
+    """To the creepages of plain rolling come velocities omega x r over the speed, in the plane z = 0 and along its
+    normal; 20 and 30 mrad/s at (0.02, 0.7, -0.45) m from the centre."""
+    state = p8_search().settle()
+    point = np.array([[state.x + 0.02, state.y + 0.7, state.z - 0.45]])
+    up = np.array([[0.0, 0.0, 1.0]])
+    plain = creepages_at(state, point, up, Motion(30.0))
+    turned = creepages_at(state, point, up, Motion(30.0, yaw=0.02, roll=0.03))
+    added = np.array([-0.02 * 0.7, 0.02 * 0.02 + 0.03 * 0.45, 0.02]) / 30.0
+    assert turned - plain == pytest.approx(added[None], abs=1e-15)
 
 
 def test_bad_input_is_refused_with_place_and_size():

@@ -13,7 +13,7 @@ from geometry.profiles.figure import draw_diagnosis
 from geometry.profiles.formats.raw import RawProfile
 from geometry.profiles.profile import ProfileError
 from geometry.profiles.rail import rail_head
-from geometry.profiles.smoothing import smoothing_spline
+from geometry.profiles.smoothing import smoothing_spline, stretch_move
 from geometry.profiles.wheel import wheel_profile, worn
 
 RAIL = rail_head("60E1").points[::3]
@@ -194,6 +194,8 @@ def test_the_smoothing_spline_is_the_natural_one_and_leaves_straight_lines_alone
     assert closest.fun < 1e-5 * noise
     assert np.sqrt(np.mean((found - np.sin(5 * s)) ** 2)) < (1.2 if count == 8 else 0.5) * noise
     assert smoothing_spline(s, 3 * s - 1) == pytest.approx(3 * s - 1, abs=1e-9)
+    twice = np.column_stack([s, value])[np.r_[: len(s), -1]]  # two points in one place have no spline
+    assert not stretch_move(twice).any()
 
 
 def test_an_outlier_on_the_tread_is_no_corner():

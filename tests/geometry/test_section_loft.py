@@ -1,6 +1,8 @@
 """Sections between sections: arcs stay arcs, ends are met, unlike sections give no zig-zag, order in the distance; the
 upper line of two bodies."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -76,6 +78,7 @@ def test_sections_of_a_switch_rail_converge_to_its_drawing():
         )
         y = np.linspace(drawn.points[0, 0] + 1 * MM, -31 * MM, 400)
         errors.append(np.abs(drawn.height(y) - lofted.height(y)).max())
+        assert np.diff(replace(switch, length=4.7).loft.x).max() <= step  # no farther apart where they do not divide
     assert_order(steps, errors, expected=2)
 
 

@@ -71,19 +71,22 @@ def test_a_sphere_on_a_cylinder_across_the_track(radius):
     assert found.curvature[0] == pytest.approx(sorted([1 / RADIUS, 1 / RADIUS + 1 / radius]), rel=1e-4)
 
 
-def test_a_wheel_in_a_valley_touches_ahead_and_behind():
-    """Two planes z = a |x|: equal points at x = -+ R sin(atan a), found as two, one on each; the valley's line is
-    between sections 1 mm apart."""
+@pytest.mark.parametrize("across", [0.0, 0.08])
+def test_a_wheel_in_a_valley_touches_ahead_and_behind(across):
+    """Two planes z = a |x| + b y, no valley from y = 10 mm inwards if they are tilted: equal points R n below the
+    centre, found as two, one on each; the valley's line is between sections 1 mm apart."""
     slope = 0.05
-    search = on_left(sphere(), surface(lambda x, y: slope * abs(x) + 0 * y, np.arange(-0.1605, 0.161, 1 * MM)))
+    share = lambda y: np.clip((y + 1 * (across == 0) - 10 * MM) / (10 * MM), 0, 1)
+    height = lambda x, y: slope * abs(x) * share(y) + across * y
+    search = on_left(sphere(), surface(height, np.arange(-0.1605, 0.161, 1 * MM)))
     state = replace(search.wheelset, z=RADIUS)
     found = search.contacts(state, "left", reach=1e-6)
     assert len(found) == 2
     assert np.ptp(found.gap) < 1e-12
-    assert np.sort(found.position[:, 0]) == pytest.approx(
-        np.array([-1, 1]) * RADIUS * np.sin(np.arctan(slope)), abs=1e-9
-    )
-    assert found.gap == pytest.approx(np.full(2, (RADIUS) * np.cos(np.arctan(slope)) - RADIUS), abs=1e-9)
+    normal = np.array([[slope, -across, 1], [-slope, -across, 1]]) / np.sqrt(1 + slope**2 + across**2)
+    expected = centre(state) - RADIUS * normal
+    assert found.position[np.argsort(found.position[:, 0])] == pytest.approx(expected, abs=1e-9)
+    assert found.gap == pytest.approx((centre(state) - [0, MIDDLE, 0]) @ normal.T - RADIUS, abs=1e-9)
 
 
 @pytest.mark.parametrize("lateral, yaw", [(0.0, 0.0), (6.5 * MM, 0.02), (-11 * MM, -0.03)])

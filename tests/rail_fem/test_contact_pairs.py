@@ -52,6 +52,9 @@ def test_p8_on_bs113a_as_in_the_thesis():
 def test_section_bodies_just_touch():
     pair = plain_rail_pair()
     rail, wheel = plain_rail_section(pair)
+    top = max(edge.points[:, 1].max() for edge in wheel.outline.loops[0])
+    foot = min(edge.points[:, 1].min() for edge in rail.outline.loops[0])
+    assert top == pytest.approx(pair.wheel.position[2] + 0.150) and foot == pytest.approx(-0.100)  # the thesis' blocks
     assert rail.outline.edge_curves("face") and wheel.outline.edge_curves("face")
     assert abs(pair.wheel(0.0 * pair.point[:1], pair.point[1:2]) - pair.rail(pair.point[:1], pair.point[1:2]))[0] < 1e-9
 

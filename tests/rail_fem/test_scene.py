@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.case.examples import example
 from rail_fem.scene.base import InputError
 from rail_fem.scene.scene import Foundation, Material, Scene, Vehicle, Wheel
 from rail_fem.settings.explicit import FeSettings
@@ -23,6 +25,14 @@ def test_static_load_is_an_eighth_of_the_vehicle_and_half_a_wheelset(sprung, whe
     """Coleman's thesis, table 7-5: 86.14 and 117.72 kN, printed to 10 N."""
     scene = make_scene(vehicle=Vehicle(vehicle_sprung_mass=sprung, wheelset_unsprung_mass=wheelset))
     assert scene.static_wheel_load == pytest.approx(load, abs=5.1)
+
+
+def test_of_two_changes_of_a_load_neither_takes_the_place_of_the_other():
+    """One takes the place of what the file has; both are a contradiction of who asked."""
+    case, key = example("nose_transfer"), "scene.vehicle.{}".format
+    assert load_case(case, {key("axle_load"): "22.5 t"}).scene.axle_load == 22.5e3
+    with pytest.raises(CaseError, match="axle_load: 22.5 t, but vehicle_sprung_mass"):
+        load_case(case, {key("vehicle_sprung_mass"): "60 t", key("axle_load"): "22.5 t"})
 
 
 def test_an_axle_load_stands_for_the_sprung_mass():

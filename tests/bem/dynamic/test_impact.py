@@ -113,6 +113,11 @@ def test_contact_solves_a_complementarity_problem():
         pressure = NormalContact(matrix).solve(free)
         gap = free + matrix @ pressure
         assert pressure.min() >= 0 and gap.min() > -1e-9 and np.abs(pressure * gap).max() < 1e-9
+    near = np.arange(20)  # the other nodes have nothing above them
+    beside = NormalContact(matrix).solve(np.where(np.arange(size) < 20, free, np.inf))
+    assert not beside[20:].any() and beside[:20] == pytest.approx(
+        NormalContact(matrix[np.ix_(near, near)]).solve(free[:20])
+    )
 
 
 @pytest.mark.parametrize(
