@@ -30,14 +30,14 @@ def patch_figure(patch: Patch, path: str | None = None):
     figure, axes = _canvas(3 if solved else 1)
     _map(figure, axes[0, 0], patch, patch.pressure * _MPA, "pressure [MPa]", "viridis")
     axes[0, 0].set_title(
-        f"{patch.method}: {patch.normal_force / 1e3:.4g} kN, {patch.max_pressure * _MPA:.0f} MPa", fontsize=9
+        f"{patch.method}: {patch.normal_force / 1e3:.4g} kN, {patch.max_pressure * _MPA:.0f} MPa", fontsize=11
     )
     if patch.traction is not None:
         size = np.hypot(patch.traction[..., 0], patch.traction[..., 1])
         _map(figure, axes[0, 1], patch, size * _MPA, "tangential traction [MPa]", "magma")
         _arrows(axes[0, 1], patch, patch.traction)
         force = patch.tangential_force / 1e3
-        axes[0, 1].set_title(f"Fx {force[0]:.4g} kN, Fy {force[1]:.4g} kN, friction {patch.friction:g}", fontsize=9)
+        axes[0, 1].set_title(f"Fx {force[0]:.4g} kN, Fy {force[1]:.4g} kN, friction {patch.friction:g}", fontsize=11)
         _stick_map(axes[0, 2], patch)
     return _save(figure, path)
 
@@ -96,9 +96,9 @@ def _stick_map(axes, patch: Patch) -> None:
         loc="upper center",
         bbox_to_anchor=(0.5, -0.14),
         ncol=2,
-        fontsize=8,
+        fontsize=11,
     )
-    axes.set_title("stick and slip; arrows: slip of body 1", fontsize=9)
+    axes.set_title("stick and slip; arrows: slip of body 1", fontsize=11)
     _name_axes(axes)
 
 
@@ -115,7 +115,7 @@ def creep_curves_figure(curves: dict[str, dict[str, np.ndarray]], path: str | No
                 panel.plot(data["creepage"], force, style, label=method)
         panel.set(xlabel=str(data["label"]), ylabel="force / (friction x load)", title=kind, ylim=(0, 1.05))
         panel.grid(alpha=0.3)
-        panel.legend(fontsize=8)
+        panel.legend(fontsize=11)
     return _save(figure, path)
 
 
@@ -182,7 +182,7 @@ def _speed_lines(panel, rows: list[dict]) -> None:
             panel.annotate(
                 str(row["cells"]),
                 (row["error"], row["seconds"]),
-                fontsize=9,
+                fontsize=11,
                 xytext=(4, 4),
                 textcoords="offset points",
                 color=kind["color"],

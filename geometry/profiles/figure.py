@@ -37,9 +37,9 @@ def draw_diagnosis(found: Diagnosis, path: Path) -> Path:
     axes[2].plot(middle, mean, color="black", lw=1.2, label=f"mean over {SPAN:g} mm")
     axes[2].set(xlabel="length along the line [mm]", ylabel=f"curvature, cut at {CUT:g} [1/m]")
     axes[2].set_ylim(*np.clip([1.3 * mean.min() - 20, 1.3 * mean.max() + 20], -CUT, CUT))
-    axes[2].legend(loc="upper right", ncols=2, fontsize=8)
+    axes[2].legend(loc="upper right", ncols=2, fontsize=9)
     figure.supxlabel(
-        "\n".join(f"{f.weight}: {f.text}" for f in found.findings), fontsize=7, ha="left", x=0.02, wrap=True
+        "\n".join(f"{f.weight}: {f.text}" for f in found.findings), fontsize=9, ha="left", x=0.02, wrap=True
     )
     for ax in axes:
         ax.grid(alpha=0.3)

@@ -29,7 +29,8 @@ from rail_fem.damage.patch_figure import patches_figure
 from rail_fem.damage.sites import fatigue_of
 from rail_fem.damage.wheel_figure import wheel_figure
 from rail_fem.settings.damage import DamageSettings
-from rail_fem.show.style import BODY, GREY, lettering, new_figure, save, words_instead
+from rail_fem.show.panels import band, curve, new_panels, titled
+from rail_fem.show.style import BODY, GREY, lettering, save, words_instead
 
 DECADES = 4  # of a depth map
 APART = 40e-3  # of the stations of the sections figure at least [m]
@@ -81,8 +82,7 @@ def sections_figure(title: str, site: CrossingSite, state: Evolution) -> Figure:
     stations = stations_of(state)
     if not stations:
         return words_instead(f"{title}: no passes, nothing is worn off")
-    figure = new_figure(6.5)
-    axes = figure.subplots(2, len(stations), squeeze=False, height_ratios=[1.0, 2.4])
+    figure, axes = new_panels(6.5, 2, len(stations), squeeze=False, height_ratios=[1.0, 2.4])
     for column, (body, i) in enumerate(stations):
         _section(axes[0, column], site, state, float(state.worn.x[i]))
         _lost(axes[1, column], site, state, body, i)
@@ -90,11 +90,11 @@ def sections_figure(title: str, site: CrossingSite, state: Evolution) -> Figure:
     axes[0, 0].set_ylabel("z [mm]")
     axes[1, 0].set_ylabel("worn off, vertically [\u00b5m]")
     axes[1, 0].legend(*axes[0, 0].get_legend_handles_labels(), loc="lower left", fontsize=9)
-    figure.suptitle(
+    return titled(
+        figure,
         f"{title}\nsections before and after {state.passes:,.0f} passes where wear is deepest; below: wear, magnified",
-        fontsize=13,
+        13,
     )
-    return figure
 
 
 def _section(axis: Axes, site: CrossingSite, state: Evolution, x: float) -> None:
@@ -103,27 +103,23 @@ def _section(axis: Axes, site: CrossingSite, state: Evolution, x: float) -> None
     for body in BODIES:
         old, new = (c.heights(np.full(len(y), x), y, body) for c in (site.base, after))
         shown = old > DEEPEST_SHOWN
-        style = {"color": BODY[body]}
-        before = None if body == BODIES[0] else "before"
-        axis.plot(y * MM, np.where(shown, old, np.nan) * MM, color=GREY, lw=2.2, label=before)
-        axis.plot(y * MM, np.where(shown, new, np.nan) * MM, ls="--", lw=1.3, label=f"{body} after", **style)
+        before = "" if body == BODIES[0] else "before"
+        curve(axis, y * MM, np.where(shown, old, np.nan) * MM, before, GREY, 2.2)
+        curve(axis, y * MM, np.where(shown, new, np.nan) * MM, f"{body} after", BODY[body], 1.3, "--")
     axis.set(ylim=(-21, 6), xlim=(y[0] * MM, y[-1] * MM))
 
 
 def _lost(axis: Axes, site: CrossingSite, state: Evolution, body: int, i: int) -> None:
     """What the body that counts lost at a station by wear, and by flow before."""
     lost, y, colour = state.depth[body, i] * UM, state.worn.y * MM, BODY[BODIES[body]]
-    axis.plot(y, -lost, color=colour, lw=1.5)
-    axis.fill_between(y, 0, -lost, color=colour, alpha=0.25, lw=0)
+    curve(axis, y, -lost, "", colour, 1.5)
+    band(axis, y, 0, -lost, "", colour, 0.25)
     if site.flow is not None and site.flow[body, i].any():
         axis.plot(y, -site.flow[body, i] * UM, color=colour, ls=":", lw=1.2)
         axis.annotate("dotted: by flow, before", (0.04, 0.94), xycoords="axes fraction", style="italic", fontsize=9)
     worn = np.flatnonzero(lost > 0.01 * lost.max())
-    axis.set(
-        xlim=(y[worn[0]] - 2, y[worn[-1]] + 2),
-        ylim=(-1.35 * lost.max(), 0.1 * lost.max()),
-        xlabel=f"y on the {BODIES[body]} [mm]",
-    )
+    axis.set(xlim=(y[worn[0]] - 2, y[worn[-1]] + 2), ylim=(-1.35 * lost.max(), 0.1 * lost.max()))
+    axis.set_xlabel(f"y on the {BODIES[body]} [mm]")
 
 
 def plan_figure(title: str, settings: DamageSettings, base: AnyCrossing, state: Evolution) -> Figure:
@@ -131,8 +127,7 @@ def plan_figure(title: str, settings: DamageSettings, base: AnyCrossing, state: 
     depth = state.depth.sum(axis=0).T * UM
     if depth.max() <= 0:
         return words_instead(f"{title}: no passes, nothing is worn off")
-    figure = new_figure(5.5)
-    axis = figure.add_subplot()
+    figure, axis = new_panels(5.5)
     x, y, top = state.worn.x * MM, state.worn.y * MM, depth.max()
     for body, style in zip(BODIES, ("-", "--"), strict=True):
         mesh = np.meshgrid(state.worn.x, state.worn.y[::2], indexing="ij")
@@ -149,29 +144,23 @@ def plan_figure(title: str, settings: DamageSettings, base: AnyCrossing, state: 
     figure.colorbar(image, ax=axis, label="depth [\u00b5m]")
     axis.set(xlabel="x along the crossing [mm]", ylabel="y [mm], + to the wing's field side")
     axis.legend(loc="upper left", fontsize=10)
-    figure.suptitle(f"{title}\ndepth after {state.passes:,.0f} passes; law: {label_of(settings)}", fontsize=13)
-    return figure
+    return titled(figure, f"{title}\ndepth after {state.passes:,.0f} passes; law: {label_of(settings)}", 13)
 
 
 def tgamma_figure(title, settings, state: Evolution, before: CrossingRate, after: CrossingRate) -> Figure:
     """T gamma and fatigue damage of wing and nose along the crossing, first and at the end."""
-    figure = new_figure(8.0)
-    upper, lower = figure.subplots(2, 1, sharex=True)
+    figure, (upper, lower) = new_panels(8.0, 2, 1, sharex=True)
     model = fatigue_of(settings)
     rates = ((f"after {state.passes:,.0f} passes", after, "-", 1.5), ("first pass", before, ":", 1.2))
     for when, rate, style, width in rates[: 2 if state.passes else 1]:
         for b, body in enumerate(BODIES):
             for k, (_, own) in enumerate(rate.kinds):
                 facts = own.facts.of(b)
-                order = np.argsort(facts.x)
-                look = {"color": BODY[body], "ls": style, "lw": width, "alpha": 1.0 if len(rate.kinds) == 1 else 0.45}
-                upper.plot(
-                    facts.x[order] * MM,
-                    facts.tgamma[order],
-                    label=f"{body}, {when}" if k == 0 and len(order) else None,
-                    **look,
-                )
-                lower.plot(facts.x[order] * MM, model.damage(facts.tgamma[order]) * 1e6, **look)
+                order, alpha = np.argsort(facts.x), 1.0 if len(rate.kinds) == 1 else 0.45
+                words = f"{body}, {when}" if k == 0 and len(order) else ""
+                damage = model.damage(facts.tgamma[order]) * 1e6
+                for axis, values in ((upper, facts.tgamma[order]), (lower, damage)):
+                    curve(axis, facts.x[order] * MM, values, words, BODY[body], width, style, alpha=alpha)
     upper.set_ylim(0, 1.25 * upper.get_ylim()[1])
     shade_regions(upper, model)
     upper.set(ylabel="T\u03b3 of a patch [N]")
@@ -179,9 +168,9 @@ def tgamma_figure(title, settings, state: Evolution, before: CrossingRate, after
     lower.axhline(0, color="black", lw=0.8)
     lower.set(xlabel="x along the crossing [mm]", ylabel="damage by one axle [10\u207b\u2076]")
     lower.annotate("below 0: wear takes cracks away", (0.01, 0.04), xycoords="axes fraction", style="italic")
-    figure.suptitle(
+    return titled(
+        figure,
         f"{title}\nT\u03b3 along the pass, a line for each kind of pass; damage function of grade 220 rail on"
         " plain line, not of castings",
-        fontsize=13,
+        13,
     )
-    return figure

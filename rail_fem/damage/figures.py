@@ -14,7 +14,8 @@ from rail_fem.damage.fatigue import WholeLifeRail, shakedown_limits
 from rail_fem.damage.sites import fatigue_of, laws_of
 from rail_fem.damage.worn_profile import depth_between
 from rail_fem.settings.damage import DamageSettings
-from rail_fem.show.style import BODY, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, new_figure
+from rail_fem.show.panels import band, curve, new_panels, ring, titled
+from rail_fem.show.style import BODY, GREY, NOSE, ORANGE, PURPLE, TOTAL, new_figure
 
 MM, UM = 1e3, 1e6
 SHOWN_SPOT = 1e-3  # of the deepest: what is less deep is magnified nowhere
@@ -27,7 +28,8 @@ def profiles_figure(title: str, settings: DamageSettings, state: Evolution) -> F
     grid = figure.add_gridspec(2, 2, height_ratios=[1.1, 1.0])
     whole = figure.add_subplot(grid[0, :])
     old, new = state.first.points * MM, state.worn.points * MM
-    _outlines(whole, old, new)
+    curve(whole, old[:, 0], old[:, 1], "before", GREY, 1.4)
+    curve(whole, new[:, 0], new[:, 1], "after", NOSE, 1.4, "--")
     whole.set(aspect="equal", xlabel="y [mm], + towards the field side", ylabel="z [mm]")
     whole.legend(loc="lower right")
     spots = _worn_spots(state)
@@ -35,11 +37,8 @@ def profiles_figure(title: str, settings: DamageSettings, state: Evolution) -> F
         axis = figure.add_subplot(grid[1, k])
         _magnified(axis, state, at, mark)
         whole.annotate(mark, old[at], (0, 12), textcoords="offset points", ha="center", weight="bold")
-        whole.plot(*old[at], "o", ms=6, mfc="none", mec="black")
-    figure.suptitle(
-        f"{title}\nsection before and after {state.passes:,.0f} passes; law: {label_of(settings)}", fontsize=14
-    )
-    return figure
+        ring(whole, old[at, 0], old[at, 1], "o", TOTAL, size=6, width=1.0)
+    return titled(figure, f"{title}\nsection before and after {state.passes:,.0f} passes; law: {label_of(settings)}")
 
 
 def _worn_spots(state: Evolution) -> list[int]:
@@ -52,11 +51,6 @@ def _worn_spots(state: Evolution) -> list[int]:
     return [first] + ([second] if state.depth[second] > SHOWN_SPOT * state.depth[first] else [])
 
 
-def _outlines(axis: Axes, old: np.ndarray, new: np.ndarray) -> None:
-    axis.plot(*old.T, color=GREY, lw=1.4, label="before")
-    axis.plot(*new.T, color=NOSE, lw=1.4, ls="--", label="after")
-
-
 def _magnified(axis: Axes, state: Evolution, at: int, mark: str) -> None:
     """The line about a node, straightened: what was worn off along its normals, magnified."""
     s = (state.first.arc_length - state.first.arc_length[at]) * MM
@@ -64,15 +58,11 @@ def _magnified(axis: Axes, state: Evolution, at: int, mark: str) -> None:
     reach = max(2.0, 1.5 * np.abs(s[(worn > 0.02 * worn[at]) & (np.abs(s) < 8)]).max())
     near = np.abs(s) <= reach
     axis.axhline(0, color=GREY, lw=1.4)
-    axis.plot(s[near], -worn[near] * UM, color=NOSE, lw=1.6, ls="--")
-    axis.fill_between(s[near], 0, -worn[near] * UM, color=NOSE, alpha=0.25, lw=0)
+    curve(axis, s[near], -worn[near] * UM, "", NOSE, 1.6, "--")
+    band(axis, s[near], 0, -worn[near] * UM, "", NOSE, 0.25)
     y, z = state.first.points[at] * MM
-    axis.set(
-        xlim=(-reach, reach),
-        ylim=(-1.15 * worn[at] * UM, 0.15 * worn[at] * UM),
-        xlabel="along the line, straightened [mm]",
-        ylabel="worn off along the normal [\u00b5m]",
-    )
+    axis.set(xlim=(-reach, reach), ylim=(-1.15 * worn[at] * UM, 0.15 * worn[at] * UM))
+    axis.set(xlabel="along the line, straightened [mm]", ylabel="worn off along the normal [\u00b5m]")
     axis.set_title(f"{mark}: at y = {y:.1f}, z = {z:.1f} mm, {worn[at] * UM:.3g} \u00b5m deep", loc="left")
 
 
@@ -89,60 +79,44 @@ def band_figure(title: str, settings: DamageSettings, state: Evolution) -> Figur
         worn = values.max(axis=0) > 1e-5 * top
         positive = np.where(worn, 1.0, np.nan)
         low, high = values.min(axis=0) * positive, values.max(axis=0) * positive
-        axis.fill_between(along * MM, low, high, color=SKY, alpha=0.4, lw=0, label="band over the laws")
+        band(axis, along * MM, low, high, "band over the laws", strength=0.4)
         if len(parts) == 1:
             for law, own, style in zip(state.by_law, values * positive, cycle(("-", "--", "-.", ":"))):
                 axis.plot(along * MM, own, color=GREY, ls=style, lw=1.0, label=laws[law].label)
         lead, error = deepest(state.depth) * positive, deepest(state.error)
         axis.plot(along * MM, lead, color=colour, lw=1.6, label=f"{laws[settings.law].label}, smoothed")
         bound = np.maximum(lead - error, 1e-6 * top), lead + error
-        axis.fill_between(along * MM, *bound, color=colour, alpha=0.25, lw=0, label="bound of the blocks' error")
+        band(axis, along * MM, *bound, "bound of the blocks' error", colour, 0.25)
         axis.set(yscale="log", ylim=(top * 1e-5, 2 * top), ylabel=f"deepest on the {name} [\u00b5m]")
         axis.legend(loc="center right" if b == 0 else "center left", fontsize=10)
     if len(parts) == 1 and worn.any():
         axis.set_xlim(*(along[worn][[0, -1]] * MM + [-3, 3]))
     axis.set(xlabel=f"{what} [mm]")
-    figure.suptitle(
+    return titled(
+        figure,
         f"{title}\ndepth after {state.passes:,.0f} passes by all laws on the leading law's shapes, calibration factor"
         f" {settings.factor:g}",
-        fontsize=13,
+        13,
     )
-    return figure
 
 
 def passes_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
     """Deepest wear and T gamma over the passes."""
-    figure = new_figure(9.0)
-    depth, tgamma, force = figure.subplots(3, 1, sharex=True, height_ratios=[1.3, 1.0, 0.7])
+    figure, (depth, tgamma, force) = new_panels(9.0, 3, 1, sharex=True, height_ratios=[1.3, 1.0, 0.7])
     log = np.vstack([0 * state.log[:1], state.log]) if len(state.log) else np.zeros((1, 7))
     ends = np.array([d.max() for d in state.by_law.values()])
     share = log[:, 1] / max(log[-1, 1], 1e-30)
-    depth.fill_between(
-        log[:, 0],
-        share * ends.min() * UM,
-        share * ends.max() * UM,
-        color=SKY,
-        alpha=0.35,
-        lw=0,
-        label="band over the laws (their end values)",
-    )
-    depth.errorbar(
-        log[:, 0],
-        log[:, 1] * UM,
-        yerr=log[:, 4] * UM,
-        color=NOSE,
-        marker="o",
-        ms=4,
-        capsize=3,
-        label=f"deepest, {label_of(settings)}; bars: error of the blocks",
-    )
+    passes, words = log[:, 0], f"deepest, {label_of(settings)}; bars: error of the blocks"
+    limits = share * ends.min() * UM, share * ends.max() * UM
+    band(depth, passes, *limits, "band over the laws (their end values)", strength=0.35)
+    look = {"yerr": log[:, 4] * UM, "color": NOSE, "marker": "o", "ms": 4, "capsize": 3, "label": words}
+    depth.errorbar(passes, log[:, 1] * UM, **look)
     depth.set(ylabel="deepest wear [\u00b5m]")
     depth.legend(loc="upper left")
     if len(state.log):
-        tgamma.plot(state.log[:, 0], state.log[:, 2], color=TOTAL, marker="o", ms=4, label="largest of all points")
-        tgamma.plot(
-            state.log[:, 0], state.log[:, 3], color=ORANGE, marker="s", ms=4, label="mean over points and passes"
-        )
+        at = state.log[:, 0]
+        curve(tgamma, at, state.log[:, 2], "largest of all points", TOTAL, 1.5, marker="o", ms=4)
+        curve(tgamma, at, state.log[:, 3], "mean over points and passes", ORANGE, 1.5, marker="s", ms=4)
     shade_regions(tgamma, fatigue_of(settings))
     tgamma.set(ylabel="T\u03b3 [N]")
     tgamma.legend(loc="upper right")
@@ -150,8 +124,7 @@ def passes_figure(title: str, settings: DamageSettings, state: Evolution) -> Fig
         force.plot(state.log[:, 0], state.log[:, 5] / 1e3, color=PURPLE, marker="^", ms=4)
         force.set_ylim(0, 1.15 * state.log[:, 5].max() / 1e3)
     force.set(xlabel="passes", ylabel="largest force [kN]")
-    figure.suptitle(f"{title}\nwear, T\u03b3 and force as the shape changes", fontsize=14)
-    return figure
+    return titled(figure, f"{title}\nwear, T\u03b3 and force as the shape changes")
 
 
 def shade_regions(axis: Axes, model: WholeLifeRail) -> None:
@@ -167,20 +140,11 @@ def shade_regions(axis: Axes, model: WholeLifeRail) -> None:
 def shakedown_figure(title: str, settings: DamageSettings, before: Rate, after: Rate, parts: tuple[str, ...]) -> Figure:
     """Load factor over traction coefficient of the patches, a crossing's as paths of the pass of the largest share,
     with the limits of point contact."""
-    figure = new_figure(7.0)
-    axis = figure.add_subplot()
+    figure, axis = new_panels(7.0)
     mu = np.linspace(0.005, 0.6, 60)
-    axis.plot(
-        mu, shakedown_limits(mu)["shakedown"], color=TOTAL, lw=2, label="elastic shakedown, circular point contact"
-    )
-    axis.plot(
-        mu,
-        shakedown_limits(mu, line=True)["shakedown"],
-        color=GREY,
-        lw=1.5,
-        ls="--",
-        label="elastic shakedown, line contact",
-    )
+    limits = shakedown_limits(mu)["shakedown"], shakedown_limits(mu, line=True)["shakedown"]
+    curve(axis, mu, limits[0], "elastic shakedown, circular point contact")
+    curve(axis, mu, limits[1], "elastic shakedown, line contact", GREY, 1.5, "--")
     top = 6.0
     paths = len(parts) > 1
     for when, rate in (("first", before), ("at the end", after)):
@@ -191,16 +155,11 @@ def shakedown_figure(title: str, settings: DamageSettings, before: Rate, after: 
             look = {"color": GREY if when == "first" else BODY.get(name, NOSE), "marker": "o" if b else "s"}
             axis.plot(x, y, ms=5, lw=1.0 if paths else 0.0, alpha=0.8, label=f"{name}, {when}", **look)
             top = max(top, 1.1 * float(np.max(y, initial=0.0)))
-    axis.set(
-        xlim=(0, 0.6),
-        ylim=(0, top),
-        xlabel="traction coefficient T/N",
-        ylabel="largest pressure over shear yield stress, p0/k",
-    )
+    axis.set(xlim=(0, 0.6), ylim=(0, top), xlabel="traction coefficient T/N")
+    axis.set_ylabel("largest pressure over shear yield stress, p0/k")
     axis.annotate("ratchetting beyond the lines", (0.40, 0.55 * top), style="italic")
     axis.legend(loc="upper right")
-    figure.suptitle(f"{title}\nshakedown map, k = {settings.shear_yield / 1e6:.0f} MPa; elastic pressures", fontsize=14)
-    return figure
+    return titled(figure, f"{title}\nshakedown map, k = {settings.shear_yield / 1e6:.0f} MPa; elastic pressures")
 
 
 def label_of(settings: DamageSettings) -> str:

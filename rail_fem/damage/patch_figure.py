@@ -13,6 +13,7 @@ from rail_fem.damage.section import PassRecord, WearRate
 from rail_fem.damage.sites import laws_of
 from rail_fem.damage.worn_profile import WornProfile
 from rail_fem.settings.damage import DamageSettings
+from rail_fem.show.panels import titled
 from rail_fem.show.style import GREY, HALO, NOSE, WING, new_figure
 
 MM, UM, MPA = 1e3, 1e6, 1e-6
@@ -50,11 +51,9 @@ def patches_figure(title: str, settings: DamageSettings, line: WornProfile, rate
         bars = [figure.add_subplot(grid[row, 2 * k + 1]) for row in range(1, 4)]
         _maps(figure, axes, bars, point, depth)
         axes[0].set_title(f"{_facts(k, point)}\npressure [MPa]", loc="left", fontsize=12)
-    figure.suptitle(
-        f"{title}\none pass over the first shape, wheelset at {record.lateral * MM:.2f} mm, running towards + x",
-        fontsize=14,
+    return titled(
+        figure, f"{title}\none pass over the first shape, wheelset at {record.lateral * MM:.2f} mm, running towards + x"
     )
-    return figure
 
 
 def _facts(k: int, point: RollingPoint) -> str:

@@ -13,6 +13,7 @@ from rail_fem.design.problem import Problem
 from rail_fem.design.proof import MODEL, PROVEN, SEARCHED, ProofRun, ProvenShape, without_finer
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.trust import verdict_words
+from rail_fem.show.panels import titled
 from rail_fem.show.style import GREEN, NOSE, PURPLE, SKY, TOTAL, new_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.sweeps.compare import core_seconds
@@ -158,8 +159,7 @@ def proof_figure(problem: Problem, runs: Sequence[ProofRun]) -> Figure:
         axes.set_axis_off()
     panels[0].legend(ncols=2, loc="lower left", bbox_to_anchor=(0, 1.01), fontsize=10)
     title = f"Start and best of {problem.case.name} by {MODEL}, elements of {' and '.join(different)}"
-    figure.suptitle(title, fontsize=14)
-    return figure
+    return titled(figure, title)
 
 
 def _bar(axes, problem: Problem, run: ProofRun | None, name: str, at: float, width: float, colour: str, words: str):

@@ -15,6 +15,7 @@ from rail_fem.design.search import Found, Trial
 from rail_fem.design.shape import ShapeDifference, shape_difference, told
 from rail_fem.light.rigid import rigid_path
 from rail_fem.output.markdown import markdown_table
+from rail_fem.show.panels import new_panels, titled
 from rail_fem.show.style import BODY, GREY, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
 from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.sweeps.trends import MEASURES
@@ -141,8 +142,7 @@ def design_figure(problem: Problem, found: Found) -> Figure:
     """Above: all trials by their first two quantities (means over the passes); middle: the rigid wheel's path of the
     first pass at the start and at best, which is the shape that it feels; below: how far the running surfaces are
     apart."""
-    figure = new_figure(13.0)
-    above, below, shape = figure.subplots(3, 1, gridspec_kw={"height_ratios": [1.5, 1, 1]})
+    figure, (above, below, shape) = new_panels(13.0, 3, 1, height_ratios=[1.5, 1, 1])
     shape.sharex(below)
     quantities = list(dict.fromkeys(objective.quantity for objective in problem.design.objective))
     pair = (quantities * 2)[:2]
@@ -173,8 +173,7 @@ def design_figure(problem: Problem, found: Found) -> Figure:
         xlabel="position x [mm], 0 where the gauge lines intersect", ylabel="metal added (+) or\ntaken away (-) [mm]"
     )
     shape.legend(title="running surface, best less start")
-    figure.suptitle(f"Search of {problem.case.name} by {problem.design.model}: {len(found.trials)} trials", fontsize=14)
-    return figure
+    return titled(figure, f"Search of {problem.case.name} by {problem.design.model}: {len(found.trials)} trials")
 
 
 def force_figure(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -> Figure:
@@ -199,8 +198,7 @@ def force_figure(problem: Problem, found: Found, checked: Sequence[np.ndarray] =
     axes.set_xticks(at, [textwrap.fill(name, 14 if few else 8) for name in names], fontsize=10 if few else 9)
     figure.axes[0].legend(ncols=2, loc="upper left", bbox_to_anchor=(0, 1.28))
     hatched = "; hatched: not searched on" if len(checked) else ""
-    figure.suptitle(f"Start and best of {problem.case.name} by {design.model}{hatched}", fontsize=14)
-    return figure
+    return titled(figure, f"Start and best of {problem.case.name} by {design.model}{hatched}")
 
 
 def _axis(quantity: str) -> str:

@@ -7,6 +7,7 @@ from rail_fem.measurement.record import QUANTITIES, Record
 from rail_fem.measurement.score import Alignment, Score
 from rail_fem.output.low_pass import low_pass
 from rail_fem.scene.units import si_factor
+from rail_fem.show.panels import titled
 from rail_fem.show.style import NOSE, TOTAL, new_figure
 
 SHOWN = {"N": "kN", "m/s^2": "m/s^2"}
@@ -53,5 +54,4 @@ def record_figure(record: Record, pair: Alignment, cutoffs: list[float], title: 
         axes.set_ylabel(f"{record.quantity.replace('_', ' ')}\n[{unit}]")
     panels[0].legend(ncols=2)
     panels[-1].set_xlabel("position x of the wheel [mm], 0 where the gauge lines intersect")
-    figure.suptitle(title, fontsize=14)
-    return figure
+    return titled(figure, title)

@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 
 from rail_fem.output.events import settling_end
 from rail_fem.output.result import PassResult
-from rail_fem.show.positions import label_distance, legend_above, mark_positions
+from rail_fem.show.panels import band, curve, legend_above
+from rail_fem.show.positions import label_distance, mark_positions
 from rail_fem.show.style import GREY, TOTAL, align_labels, give_title, new_figure, words_instead
 
 OPEN = 1e-3  # of the static load, below which a contact has no creep to speak of
@@ -34,23 +35,13 @@ def creep_figure(result: PassResult, name: str) -> Figure:
 
 def draw_force(axes, result: PassResult) -> None:
     """Force on the wheel along x, between plus and minus friction times the vertical force."""
-    x, force, bound = (
-        result.history["x"],
-        result.history["force_longitudinal"],
-        result.scene.friction * result.history["force"],
-    )
+    x, force = result.history["x"], result.history["force_longitudinal"]
+    bound = result.scene.friction * result.history["force"]
     worst = int(np.nanargmax(np.abs(force)))
     words = f"on the wheel along x: largest {force[worst] / 1e3:+.1f} kN at x = {x[worst] * 1e3:.1f} mm"
-    axes.fill_between(
-        1e3 * x,
-        -bound / 1e3,
-        bound / 1e3,
-        color=GREY,
-        alpha=0.15,
-        lw=0,
-        label=f"friction {result.scene.friction:g} times the vertical force",
-    )
-    axes.plot(1e3 * x, force / 1e3, color=TOTAL, lw=2, label=words)
+    limits = f"friction {result.scene.friction:g} times the vertical force"
+    band(axes, 1e3 * x, -bound / 1e3, bound / 1e3, limits, GREY, 0.15)
+    curve(axes, 1e3 * x, force / 1e3, words)
     mark_positions(axes, result)
     axes.set_ylabel("longitudinal force [kN]")
     legend_above(axes)

@@ -9,6 +9,7 @@ from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.crossing import CrossingError
 from rail_fem.light.rigid import rigid_path
 from rail_fem.scene.scene import Scene
+from rail_fem.show.panels import band, curve, titled
 from rail_fem.show.style import BODY, GREEN, GREY, PURPLE, TOTAL, new_figure, scene_words
 
 BEFORE, BEHIND = 0.45, 0.55  # of the crossing drawn, before the leg's end and behind the nose's begin [m]
@@ -33,8 +34,7 @@ def crossing_figure(scene: Scene) -> Figure:
         for axes in (plan, long):
             axes.axvline(MM * at, color=GREY, ls="--", lw=1)
         draw_section(figure.add_subplot(grid[2, k]), scene, crossing, at, f"{words}, x = {MM * at:.0f} mm", k == 0)
-    figure.suptitle(f"The crossing of the case: {scene_words(scene)}", fontsize=13)
-    return figure
+    return titled(figure, f"The crossing of the case: {scene_words(scene)}", 13)
 
 
 def drawn_range(crossing: AnyCrossing) -> np.ndarray:
@@ -66,9 +66,7 @@ def draw_plan(axes, crossing: AnyCrossing, x: np.ndarray, path) -> None:
         there = inside.any(axis=1)
         low = np.where(there, y[np.argmax(inside, axis=1)], np.nan)
         high = np.where(there, y[len(y) - 1 - np.argmax(inside[:, ::-1], axis=1)], np.nan)
-        axes.fill_between(
-            MM * x, MM * low, MM * high, color=colour, alpha=0.25, lw=0, label=f"{body}, above 14 mm depth"
-        )
+        band(axes, MM * x, MM * low, MM * high, f"{body}, above 14 mm depth", colour, 0.25)
         axes.plot(MM * x, MM * low, color=colour, lw=1)
         axes.plot(MM * x, MM * high, color=colour, lw=1)
     point = path.contact_point
@@ -82,17 +80,12 @@ def draw_long_section(axes, crossing: AnyCrossing, x: np.ndarray, path) -> None:
     carrier = path.contact_point[:, 1]
     for body, colour in BODY.items():
         height = crossing.top_height(x, carrier, body)
-        axes.plot(
-            MM * x, MM * np.where(height > -8e-3, height, np.nan), color=colour, lw=2, label=f"{body} under the contact"
-        )
+        curve(axes, MM * x, MM * np.where(height > -8e-3, height, np.nan), f"{body} under the contact", colour)
     axes.plot(MM * x, MM * path.height, color=TOTAL, lw=2, label="axle of the rigid wheel, against plain line")
     for at in path.transfers:
         axes.axvline(MM * at, color=GREEN, lw=2, ls=(0, (6, 2)))
-    axes.set(
-        ylabel="height [mm]",
-        xlabel="x [mm], 0 where the gauge lines intersect",
-        title="long section (heights enlarged)",
-    )
+    axes.set(ylabel="height [mm]", title="long section (heights enlarged)")
+    axes.set_xlabel("x [mm], 0 where the gauge lines intersect")
     axes.margins(y=0.25)
     axes.legend(loc="lower left", ncols=3)
 
@@ -110,13 +103,8 @@ def draw_section(axes, scene: Scene, crossing: AnyCrossing, x: float, words: str
     # the wheel's own section at its axle: the contact may lie ahead of it
     radius = scene.wheel.radius - wheel.height(np.array([at_y - scene.wheel_datum_y]))[0]
     axle = at_z + np.sqrt(radius**2 - (at_x - x) ** 2)
-    axes.plot(
-        MM * (y + scene.wheel_datum_y),
-        MM * (axle - scene.wheel.radius + wheel.height(y)),
-        color=PURPLE,
-        lw=1.8,
-        label="wheel",
-    )
+    height = axle - scene.wheel.radius + wheel.height(y)
+    curve(axes, MM * (y + scene.wheel_datum_y), MM * height, "wheel", PURPLE, 1.8)
     axes.set(title=words, xlabel="y [mm]", xlim=(-65, 130), ylim=(-60, 35), aspect="equal")
     if name:
         axes.set_ylabel("z [mm]")

@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from rail_fem.output.history import COLUMNS
 from rail_fem.output.result import PassResult
 from rail_fem.output.trust import largest_internal, last_known, numerical_shares
-from rail_fem.show.positions import label_distance, legend_above, mark_positions
+from rail_fem.show.panels import curve, legend_above
+from rail_fem.show.positions import label_distance, mark_positions
 from rail_fem.show.style import GREY, NOSE, PURPLE, SKY, TOTAL, WING, give_title, new_figure, words_instead
 
 # one meaning a colour, in both panels; none is that of the lines and shades that mark positions
@@ -54,8 +55,8 @@ def energies_figure(result: PassResult, name: str) -> Figure:
         if column == "energy_external" and "energy_kinetic" in shown:
             continue
         colour, line = LINES[column]
-        words, values = curve(result, column)
-        panels[0].plot(1e3 * history["x"], values, color=colour, ls=line, lw=2, label=words)
+        words, values = balance_curve(result, column)
+        curve(panels[0], 1e3 * history["x"], values, words, colour, line=line)
     mark_positions(panels[0], result)
     panels[0].set_ylabel("energy [J]")
     legend_above(panels[0])
@@ -66,7 +67,7 @@ def energies_figure(result: PassResult, name: str) -> Figure:
     return figure
 
 
-def curve(result: PassResult, column: str) -> tuple[str, np.ndarray]:
+def balance_curve(result: PassResult, column: str) -> tuple[str, np.ndarray]:
     """Words and values (n,) [J] of a column's curve. What drives the train on and what its speed and spin hold nearly
     cancel: drawn as their difference."""
     values = result.history[column]
@@ -105,21 +106,13 @@ def draw_shares(axes, result: PassResult, shares: dict[str, np.ndarray]) -> None
     its numbers."""
     for name, values in shares.items():
         words, colour, line = SHARES[name]
-        axes.plot(
-            1e3 * result.history["x"],
-            100 * values,
-            color=colour,
-            ls=line,
-            lw=2,
-            label=f"{words}: {100 * last_known(values):.2g} % at the end",
-        )
+        words = f"{words}: {100 * last_known(values):.2g} % at the end"
+        curve(axes, 1e3 * result.history["x"], 100 * values, words, colour, line=line)
     for row in result.trust.get("rows", ()):
         energy = ROWS.get(row["name"])
         if energy in shares:
-            limit = 100 * row["limit"]
-            axes.axhline(
-                limit, color=SHARES[energy][1], ls=(0, (5, 4)), lw=1.2, label=f"{row['name']}, limit: {limit:g} %"
-            )
+            limit, look = 100 * row["limit"], {"color": SHARES[energy][1], "ls": (0, (5, 4)), "lw": 1.2}
+            axes.axhline(limit, label=f"{row['name']}, limit: {limit:g} %", **look)
     mark_positions(axes, result, label=False)
     axes.set_ylabel("numerical energy\nafter settling [%]")
     low, high = share_range(shares)

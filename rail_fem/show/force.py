@@ -12,19 +12,9 @@ from rail_fem.light.rigid import rigid_path
 from rail_fem.output.events import IMPACT, LARGEST, LEG, SHARE, settling_end, stated_peaks
 from rail_fem.output.quantities import FORCES as QUANTITIES
 from rail_fem.output.result import PassResult, Peak
-from rail_fem.show.positions import label_distance, legend_above, mark_positions
-from rail_fem.show.style import (
-    BODY,
-    GREY,
-    HALO,
-    ORANGE,
-    PURPLE,
-    TOTAL,
-    align_labels,
-    give_title,
-    new_figure,
-    words_instead,
-)
+from rail_fem.show.panels import curve, legend_above, new_panels, ring
+from rail_fem.show.positions import label_distance, mark_positions
+from rail_fem.show.style import BODY, GREY, HALO, ORANGE, PURPLE, TOTAL, align_labels, give_title, words_instead
 
 PATH_POINTS = 150  # of the rigid wheel path
 FORCES = (
@@ -44,8 +34,7 @@ def force_figure(result: PassResult, title: str = "") -> Figure:
     if len(history["x"]) == 0 or not np.isfinite(history["force"]).any():
         why = "has no rows" if len(history["x"]) == 0 else "holds no contact force"
         return words_instead(f"{name}: the history {why}, so there is no force to draw. {result.fault}")
-    figure = new_figure(11.5)
-    above, middle, below = figure.subplots(3, 1, sharex=True, gridspec_kw={"height_ratios": [2.4, 1.5, 1]})
+    figure, (above, middle, below) = new_panels(11.5, 3, 1, sharex=True, height_ratios=[2.4, 1.5, 1])
     draw_forces(above, result)
     draw_wheel(middle, result)
     draw_crossing(below, result)
@@ -78,7 +67,7 @@ def draw_forces(axes, result: PassResult) -> None:
                     1e3 * peak.x, peak.value / 1e3, form / 1e3, color=colour, lw=7, alpha=0.25, zorder=2.9, label=pale
                 )
                 pale = "_nolegend_"
-            ring(axes, peak, marker, colour, found if (name, marker, colour) in MARKED else "_nolegend_", bar)
+            mark_peak(axes, peak, marker, colour, found if (name, marker, colour) in MARKED else "_nolegend_", bar)
             rings.append((peak, colour, bar))
     load = result.scene.static_wheel_load
     axes.axhline(load / 1e3, color=GREY, ls="--", lw=1.6, zorder=1.5, label=f"static wheel load: {load / 1e3:.1f} kN")
@@ -90,22 +79,12 @@ def draw_forces(axes, result: PassResult) -> None:
     legend_above(axes)
 
 
-def ring(axes, peak: Peak, marker: str, colour: str, label: str, bar: float) -> None:
+def mark_peak(axes, peak: Peak, marker: str, colour: str, words: str, bar: float) -> None:
     """A ring around a force with its error bar [N]."""
-    position = 1e3 * peak.x, peak.value / 1e3
+    x, force = 1e3 * peak.x, peak.value / 1e3
     if bar > 0:
-        axes.errorbar(*position, yerr=bar / 1e3, color=colour, capsize=5, lw=2, zorder=3)
-    axes.plot(
-        *position,
-        marker,
-        ms=15 if marker == "*" else 9,
-        mfc="none",
-        mec=colour,
-        mew=2,
-        ls="none",
-        zorder=3,
-        label=label,
-    )
+        axes.errorbar(x, force, yerr=bar / 1e3, color=colour, capsize=5, lw=2, zorder=3)
+    ring(axes, x, force, marker, colour, words, size=15 if marker == "*" else 9, zorder=3)
 
 
 def write_values(axes, rings: Sequence[tuple[Peak, str, float]]) -> None:
@@ -133,14 +112,8 @@ def draw_wheel(axes, result: PassResult) -> None:
         axes.plot(1e3 * x, 1e3 * height, color=TOTAL, lw=2, label="wheel in this run")
     if rigid is not None:
         shift = path_shift(result, *rigid) if known.any() else 0.0
-        axes.plot(
-            1e3 * rigid[0],
-            1e3 * (rigid[1] + shift),
-            color=GREY,
-            lw=1.6,
-            ls="--",
-            label=f"rigid wheel on a rigid crossing, shifted by {shift * 1e3:+.2f} mm to meet it",
-        )
+        words = f"rigid wheel on a rigid crossing, shifted by {shift * 1e3:+.2f} mm to meet it"
+        curve(axes, 1e3 * rigid[0], 1e3 * (rigid[1] + shift), words, GREY, 1.6, "--")
     if known.any() or rigid is not None:
         legend_above(axes)
     else:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from geometry.surfaces.bodies import CROSSING, REGIONS
 from rail_fem.output.fields import Fields, field_file, read_fields
 from rail_fem.output.result import PassResult
 from rail_fem.show.fields import cut_at, faces_from_above
+from rail_fem.show.panels import cells
 from rail_fem.show.stress import loaded_frame
 from rail_fem.show.style import BODY, GREY, HALO, give_title, new_figure
 
@@ -37,8 +37,8 @@ def mesh_figure(result: PassResult, folder: Path, name: str) -> Figure:
             if len(mine):
                 corners = points[:, SWAP] if turned else points
                 polygons = [1e3 * p for p in cut_at(corners, mine, y if turned else x)[0]]
-                draw(axes, polygons, body)
-                draw(beside, polygons, body)
+                for part in (axes, beside):
+                    cells(part, polygons, PALE[body], LINE[body], 0.35)
     ends = contact_height(points, fields, x, y)
     for axes, middle in ((close, 1e3 * y), (along_close, 1e3 * x)):
         axes.set(xlim=(middle - CLOSE, middle + CLOSE), ylim=(ends - 0.8 * CLOSE, ends + 0.8 * CLOSE))
@@ -79,23 +79,18 @@ def contact_height(points: np.ndarray, fields: Fields, x: float, y: float) -> fl
     return 1e3 * float(nodes[away <= max(away.min() * 1.01, 6e-3), 2].max())
 
 
-def draw(axes, polygons: list[np.ndarray], body: str) -> None:
-    axes.add_collection(PolyCollection(polygons, facecolors=PALE[body], edgecolors=LINE[body], linewidths=0.35))
-
-
 def from_above(axes, fields: Fields) -> None:
     """Wing and nose with their elements, in true shape."""
     crossing = np.isin(fields.region, CROSSING)
-    cells, region = fields.cells[crossing], fields.region[crossing]
-    faces, owner = faces_from_above(fields.points, cells)
+    mine, region = fields.cells[crossing], fields.region[crossing]
+    faces, owner = faces_from_above(fields.points, mine)
     corners = 1e3 * fields.points[faces][:, :, :2]
     paint = [PALE[REGIONS[k]] for k in region[owner]]
     edges = [LINE[REGIONS[k]] for k in region[owner]]
-    axes.add_collection(PolyCollection(corners, facecolors=paint, edgecolors=edges, linewidths=0.15))
+    cells(axes, corners, paint, edges, 0.15)
     axes.autoscale_view()
     axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
     axes.set_title("crossing from above: fine where the rigid wheel comes near; what is not drawn is not meshed")
-    axes.grid(False)
     for body in BODY:
         nodes = 1e3 * fields.points[np.unique(fields.cells[fields.region == REGIONS.index(body)])]
         if len(nodes):

@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult
 from rail_fem.show.metal import amount
-from rail_fem.show.style import NOSE, TOTAL, WING, give_title, new_figure
+from rail_fem.show.panels import new_panels
+from rail_fem.show.style import NOSE, TOTAL, WING, give_title
 
 MANY = 30  # passes, from which they are drawn as lines over their logarithm
 LEAST_ADDED = 1e-3  # [mm3], below which nothing is drawn: the steel is at rest
@@ -39,8 +40,7 @@ def passes_rows(result: PassResult) -> list[str]:
 
 def passes_figure(result: PassResult, name: str) -> Figure:
     """Forces, plastic strain and what each pass adds to it, against the number of the pass."""
-    figure = new_figure(5.2)
-    forces, strain, growth = figure.subplots(1, 3)
+    figure, (forces, strain, growth) = new_panels(5.2, 1, 3)
     number = np.arange(1, len(result.passes) + 1)
     many = len(number) > MANY
     dots, circle = ("-", "-") if many else ("o-", "o")

@@ -6,8 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rail_fem.output.result import PassResult
-from rail_fem.show.positions import label_distance, legend_above, mark_positions
-from rail_fem.show.style import BODY, align_labels, give_title, new_figure
+from rail_fem.show.panels import legend_above, new_panels
+from rail_fem.show.positions import label_distance, mark_positions
+from rail_fem.show.style import BODY, align_labels, give_title
 
 MARKS = {"wing": "o", "nose": "D"}
 PRESSURE = {"bem_passage": "elastic pressure\n(half-space) [MPa]"}  # of a model; else of Hertz' ellipse
@@ -20,8 +21,7 @@ PANELS = (
 
 def patches_figure(result: PassResult, name: str) -> Figure:
     """A mark for each patch at a kept moment. Needs a result with patches."""
-    figure = new_figure(10.0)
-    panels = figure.subplots(len(PANELS), 1, sharex=True)
+    figure, panels = new_panels(10.0, len(PANELS), 1, sharex=True)
     for axes, (quantity, factor, words) in zip(panels, PANELS):
         for body, marker in MARKS.items():
             mine = [patch for patch in result.patches if patch.region == body]

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from geometry.surfaces.bodies import REGIONS
 from rail_fem.output.result import PassResult
 from rail_fem.show.fields import CrossingFields, faces_from_above
-from rail_fem.show.style import BODY, HALO, NEVER_YIELDED, STRAIN_COLOURS, give_title, new_figure
+from rail_fem.show.panels import cells, curve, legend_above, ring, strain_bar, strain_paint, strain_scale
+from rail_fem.show.style import BODY, HALO, give_title, new_figure
 
 SHARED = 0.02  # of the force, from which on both bodies count as carrying
 MARGIN = 12e-3  # shown around what has yielded and the contact path [m]
+LINE = 0.3  # height of a line of the title [inch]
 LONGEST_STRIP = 3.4  # length over width of a strip; longer views go on in the next strip
 
 
@@ -26,54 +25,31 @@ def plan_figure(result: PassResult, fields: CrossingFields, name: str) -> Figure
     path = contact_path(result)
     strips = cut_in_strips(*view_box(corners, strain > 0, path))
     length, width = strips[0][1] - strips[0][0], strips[0][3] - strips[0][2]
-    figure = new_figure(2.3 + len(strips) * (0.35 + 10.8 * width / length), layout="compressed")
+    figure = new_figure(2.2 + len(strips) * (0.35 + 10.8 * width / length), layout="compressed")
     panels = np.atleast_1d(figure.subplots(len(strips), 1))
     most = strain.max(initial=0.0)
-    colours = ScalarMappable(Normalize(0.0, 100 * most if most > 0 else 1.0), STRAIN_COLOURS)
-    painted = np.where((strain > 0)[:, None], colours.to_rgba(100 * strain), mpl_colour(NEVER_YIELDED))
+    colours = strain_scale(100 * most if most > 0 else 1.0)
+    painted = strain_paint(colours, 100 * strain)
     for axes, (low, high, bottom, top) in zip(panels, strips):
         seen = (corners[:, :, 0].max(axis=1) >= low) & (corners[:, :, 0].min(axis=1) <= high)
-        axes.add_collection(
-            PolyCollection(corners[seen], facecolors=painted[seen], edgecolors=painted[seen], linewidths=0.3)
-        )
-        axes.plot(
-            *path,
-            color="black",
-            lw=1.0,
-            path_effects=[withStroke(linewidth=2.2, foreground="white")],
-            label="path of contact; not drawn where both bodies carry",
-        )
+        cells(axes, corners[seen], painted[seen], painted[seen], 0.3)
+        outline = [withStroke(linewidth=2.2, foreground="white")]
+        words = "path of contact; not drawn where both bodies carry"
+        curve(axes, path[0], path[1], words, width=1.0, path_effects=outline)
         mark_worst(axes, fields, owner, corners)
         name_bodies(axes, fields, (low, high, bottom, top), path)
         axes.set(xlim=(low, high), ylim=(bottom, top), aspect="equal", ylabel="y [mm]")
-        axes.grid(False)
     direction = "runs to the right \u2192" if result.scene.direction == "facing" else "runs to the left \u2190"
     panels[-1].set_xlabel(f"x [mm]   (the wheel {direction}; y is positive towards the field side)")
-    panels[0].legend(
-        loc="lower left", bbox_to_anchor=(0, 1, 1, 0.1), ncols=2, mode="expand", frameon=False, borderaxespad=0.2
-    )
+    legend_above(panels[0])
     if most > 0:
-        bar = figure.colorbar(colours, ax=list(panels), orientation="horizontal", aspect=60, shrink=0.9, fraction=0.05)
-        bar.set_label(
-            "equivalent plastic strain (PEEQ) of the surface elements [%]; grey: never yielded, white: not meshed"
-        )
+        strain_bar(figure, colours, list(panels), " of the surface elements")
     else:
-        panels[0].text(
-            0.5,
-            0.9,
-            "nothing has yielded at the surface",
-            transform=panels[0].transAxes,
-            ha="center",
-            weight="bold",
-            path_effects=HALO,
-        )
-    give_title(figure, f"Plastic strain seen from above ({fields.source})", name, result)
+        place = {"transform": panels[0].transAxes, "ha": "center", "weight": "bold", "path_effects": HALO}
+        panels[0].text(0.5, 0.9, "nothing has yielded at the surface", **place)
+    lines = give_title(figure, f"Plastic strain seen from above ({fields.source})", name, result)
+    figure.set_figheight(figure.get_figheight() + LINE * lines)
     return figure
-
-
-def mpl_colour(text: str) -> np.ndarray:
-    """A hexadecimal colour as red, green, blue, opacity."""
-    return np.array([int(text[i : i + 2], 16) / 255 for i in (1, 3, 5)] + [1.0])
 
 
 def contact_path(result: PassResult) -> tuple[np.ndarray, np.ndarray]:
@@ -126,7 +102,7 @@ def mark_worst(axes, fields: CrossingFields, owner: np.ndarray, corners: np.ndar
             continue
         x, y = corners[mine[strain.argmax()]].mean(axis=0)
         words = f"{body}: at most {100 * strain.max():.2f} % at x = {x:.1f}, y = {y:.1f} mm"
-        axes.plot(x, y, marker, ms=13, mfc="none", mec=BODY[body], mew=2.2, ls="none", label=words)
+        ring(axes, x, y, marker, BODY[body], words, 13, 2.2)
 
 
 def name_bodies(

@@ -23,46 +23,19 @@ def mark_positions(axes, result: PassResult, label: bool = True) -> None:
             f"no contact: {len(losses)} time(s), {total * 1e3:.3g} ms in all, longest"
             f" {abs(longest.x_end - longest.x_start) * 1e3:.3g} mm"
         )
-        axes.axvspan(
-            1e3 * loss.x_start,
-            1e3 * loss.x_end,
-            color=ORANGE,
-            alpha=0.35,
-            lw=1,
-            zorder=0.5,
-            label=text if i == 0 else "_nolegend_",
-        )
+        look = {"color": ORANGE, "alpha": 0.35, "lw": 1, "zorder": 0.5, "label": text if i == 0 else "_nolegend_"}
+        axes.axvspan(1e3 * loss.x_start, 1e3 * loss.x_end, **look)
     time, x = settling_end(result)
     if np.isfinite(x):
         text = f"settling, until t = {time * 1e3:.3g} ms: peaks and shares are those after it"
         axes.axvspan(1e3 * history["x"][0], 1e3 * x, color=PURPLE, alpha=0.12, lw=0, zorder=0.4, label=words(text))
     if np.isfinite(result.transfer_x):
-        axes.axvline(
-            1e3 * result.transfer_x,
-            color=GREEN,
-            ls=(0, (6, 2)),
-            lw=2,
-            label=words(f"load changes between wing and nose, x = {result.transfer_x * 1e3:.1f} mm"),
-        )
+        text = f"load changes between wing and nose, x = {result.transfer_x * 1e3:.1f} mm"
+        axes.axvline(1e3 * result.transfer_x, color=GREEN, ls=(0, (6, 2)), lw=2, label=words(text))
 
 
 def label_distance(axes, result: PassResult) -> None:
     """The axis of the running distance, with the direction of travel."""
-    direction = (
-        "the wheel runs to the right \u2192"
-        if result.scene.direction == "facing"
-        else "\u2190 the wheel runs to the left"
-    )
+    ways = {"facing": "the wheel runs to the right \u2192", "trailing": "\u2190 the wheel runs to the left"}
+    direction = ways[result.scene.direction]
     axes.set_xlabel(f"position x of the wheel's centre [mm]   ({direction}; x = 0: gauge lines intersect)")
-
-
-def legend_above(axes, columns: int = 2) -> None:
-    """The legend over the axes, where it hides no curve."""
-    axes.legend(
-        loc="lower left",
-        bbox_to_anchor=(0.0, 1.0, 1.0, 0.1),
-        ncols=columns,
-        mode="expand",
-        frameon=False,
-        borderaxespad=0.2,
-    )

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from rail_fem.light.dip import trajectory_dip
 from rail_fem.output.result import PassResult
+from rail_fem.show.panels import curve, legend_above, new_panels, titled
 from rail_fem.show.style import BODY, GREEN, GREY, ORANGE, TOTAL, new_figure, scene_words
 
 TANGENT = 60.0  # half length of the tangents drawn [mm]
@@ -34,14 +35,12 @@ def forces_figure(results: Mapping[str, PassResult]) -> Figure:
         axes.legend(loc="upper left", ncols=4)
         axes.margins(y=0.18)
     panels[-1].set_xlabel("position x of the wheel's centre [mm]   (x = 0: gauge lines intersect)")
-    figure.suptitle(f"Contact force by several models\n{scene_words(next(iter(results.values())).scene)}", fontsize=14)
-    return figure
+    return titled(figure, f"Contact force by several models\n{scene_words(next(iter(results.values())).scene)}")
 
 
 def dip_figure(result: PassResult) -> Figure:
     """Heights of wheel and crossing, and the tangents between which the dip angle lies."""
-    figure = new_figure(6.5)
-    axes = figure.subplots()
+    figure, axes = new_panels(6.5)
     x = 1e3 * result.history["x"]
     axes.plot(x, 1e3 * result.history["wheel_height"], color=TOTAL, lw=2.4, label="wheel")
     axes.plot(x, 1e3 * result.history["crossing_height"], color=GREEN, lw=2.0, label="crossing")
@@ -50,16 +49,8 @@ def dip_figure(result: PassResult) -> Figure:
         reach = np.array([-TANGENT, TANGENT])
         axes.plot(1e3 * position + reach, 1e3 * height + slope * reach, color=ORANGE, lw=2.0)
     if np.isfinite(dip.angle):
-        axes.plot(
-            [],
-            [],
-            color=ORANGE,
-            lw=2.0,
-            label=f"tangents of the steepest fall and rise: dip angle {1e3 * dip.angle:.2f} mrad",
-        )
+        words = f"tangents of the steepest fall and rise: dip angle {1e3 * dip.angle:.2f} mrad"
+        curve(axes, [], [], words, ORANGE)
     axes.set(xlabel="position x of the wheel's centre [mm]   (x = 0: gauge lines intersect)", ylabel="height [mm]")
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=3, mode="expand", frameon=False)
-    figure.suptitle(
-        f"Vertical displacements and dip angle, model {result.model}\n{scene_words(result.scene)}", fontsize=14
-    )
-    return figure
+    legend_above(axes, 3, borderaxespad=None)
+    return titled(figure, f"Vertical displacements and dip angle, model {result.model}\n{scene_words(result.scene)}")

@@ -8,7 +8,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
@@ -18,7 +17,8 @@ from geometry.surfaces.bodies import REGIONS
 from rail_fem.output.fields import Fields, field_file, read_fields
 from rail_fem.output.result import PassResult
 from rail_fem.show.fields import cut_at, depth_below
-from rail_fem.show.style import BODY, HALO, STRAIN_COLOURS, give_title, new_figure, words_instead
+from rail_fem.show.panels import cells, new_panels, ring
+from rail_fem.show.style import BODY, HALO, STRAIN_COLOURS, give_title, words_instead
 
 HALF = 15.0  # of the view's width [mm]
 SIGNED = "PuOr"  # compression brown, tension violet, told apart by the colour-blind too
@@ -44,8 +44,7 @@ def stress_figure(result: PassResult, folder: Path, name: str) -> Figure:
     bodies = [body for body in BODY if (end.region == REGIONS.index(body)).any()]
     if not bodies:
         return words_instead(f"{name}: the fields hold neither wing nor nose, so there is no section to draw")
-    figure = new_figure(13.0)
-    panels = figure.subplots(3, len(bodies), squeeze=False)
+    figure, panels = new_panels(13.0, 3, len(bodies), squeeze=False)
     loaded = {body: loaded_frame(result, folder, body) for body in bodies}
     rows = (
         ("von Mises stress [MPa]", {b: under_load(f, b) if f else None for b, f in loaded.items()}),
@@ -58,7 +57,7 @@ def stress_figure(result: PassResult, folder: Path, name: str) -> Figure:
         if (frame := loaded[body]) is not None:
             axes.set_title(f"{axes.get_title()}; {moment(result, frame, body)}", fontsize=11, color=BODY[body])
     for axes, body in zip(panels[1], bodies):
-        still = "" if result.metal.get(body, {}).get("unloaded", False) else "; the wheel may still press on it"
+        still = "" if result.metal.get(body, {}).get("unloaded", False) else ",\nthe wheel may still press on it"
         axes.set_title(f"{axes.get_title()}: residual{still}", fontsize=11, color=BODY[body])
     for axes in panels[-1]:
         axes.set_xlabel("y [mm], positive towards the field side")
@@ -131,22 +130,13 @@ def draw_row(figure: Figure, row, found: dict[str, Panel | None], words: str, si
             axes.text(0.5, 0.5, "no frame in which it carries" if not signed else "nothing has yielded", ha="center")
             axes.set_title(f"{body}", fontsize=11, color=BODY[body])
             continue
-        paint = PolyCollection(
-            panel.polygons, facecolors=colours.to_rgba(panel.values), edgecolors="#555555", linewidths=0.3
-        )
-        axes.add_collection(paint)
+        cells(axes, panel.polygons, colours.to_rgba(panel.values), "#555555", 0.3)
         (y, z), _ = views[body]
-        axes.plot(*panel.at, "o", ms=11, mfc="none", mec=BODY[body], mew=2.2, path_effects=HALO)
+        ring(axes, panel.at[0], panel.at[1], "o", BODY[body], "", 11, 2.2, path_effects=HALO)
         axes.set(xlim=(y - HALF, y + HALF), ylim=(z - 1.3 * HALF, z + 0.3 * HALF), aspect="equal")
         axes.set_title(f"{body} {when}, x = {1e3 * panel.x:.0f} mm", fontsize=11, color=BODY[body])
-        text = f"{panel.worst:+.0f}" if signed else f"{panel.worst:.0f}"
-        axes.text(
-            0.02,
-            0.03,
-            f"ring: {text} MPa, {panel.depth:.1f} mm below the surface",
-            transform=axes.transAxes,
-            path_effects=HALO,
-        )
+        words_here = f"ring: {panel.worst:{'+' if signed else ''}.0f} MPa, {panel.depth:.1f} mm below the surface"
+        axes.text(0.02, 0.03, words_here, transform=axes.transAxes, path_effects=HALO)
     figure.colorbar(colours, ax=list(row), aspect=18, label=words + (", tension +" if signed else ""))
 
 

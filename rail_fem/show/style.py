@@ -90,13 +90,15 @@ def in_lines(words: str) -> str:
     return "\n".join(textwrap.wrap(words, 110))
 
 
-def give_title(figure: Figure, what: str, name: str, result: PassResult) -> None:
-    """What is seen, of which run and case, of which scene; and that the run failed, if it did."""
+def give_title(figure: Figure, what: str, name: str, result: PassResult) -> int:
+    """What is seen, of which run and case, of which scene; and that the run failed, if it did. Returns how many lines
+    these are."""
     run = f"run {name}, model {result.model}" if name != result.model else f"model {result.model}"
     lines = [f"{what}: {run}", *filter(None, [in_lines(result.title)]), scene_words(result.scene)]
     if result.fault:
         lines.append(in_lines(f"THIS RUN FAILED: {result.fault}"))
-    figure.suptitle("\n".join(lines), fontsize=14)
+    title = figure.suptitle("\n".join(lines), fontsize=14)
+    return title.get_text().count("\n") + 1
 
 
 def words_instead(words: str) -> Figure:

@@ -24,6 +24,7 @@ from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.sections import SectionCrossing, section_path
 from rail_fem.scene.wheel_profile import wheel_shape
 from rail_fem.show.crossing_figure import GAUGE_DEPTH
+from rail_fem.show.panels import titled
 from rail_fem.show.style import GREEN, HALO, NOSE, PURPLE, TOTAL, WING, new_figure
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
@@ -123,13 +124,13 @@ def draw(crossing: CastCrossing, paths: dict[str, WheelPath], numbers: dict[str,
     name_positions(axes[0], crossing)
     draw_heights(axes[-1], paths, numbers)
     axes[-1].set_xlim(x[0] / MM, x[-1] / MM)
-    figure.suptitle(
+    return titled(
+        figure,
         f"Contact bands on the cast crossing 1:{crossing.ratio:g}, wheel of radius {1e3 * first.radius:.0f} mm,"
         " centred, not yawed\nfacing runs to the right \u2192, trailing to the left \u2190 over the same bands; lateral"
         " scale enlarged",
-        fontsize=15,
+        15,
     )
-    return figure
 
 
 def draw_plan(
@@ -190,11 +191,7 @@ def draw_heights(axis, paths: dict[str, WheelPath], numbers: dict[str, PathNumbe
         axis.plot(run.x / MM, run.height / MM, color=colour, label=shown_name(name))
         at = numbers[name].transfer_x
         axis.plot(at / MM, np.interp(at, run.x, run.height) / MM, "o", color=colour)
-    axis.set(
-        xlabel="x [mm], 0 at the theoretical intersection of the gauge lines",
-        ylabel="height of the axle [mm]",
-        title="",
-    )
+    axis.set(xlabel="x [mm], 0 at the theoretical intersection of the gauge lines", ylabel="height of the axle [mm]")
     axis.set_title("height over plain line; dots: transfer between wing and nose", loc="left")
     axis.legend(ncols=1, loc="upper right")
 

@@ -22,6 +22,7 @@ import typer
 from matplotlib.figure import Figure
 
 from geometry.surfaces.bodies import BODIES
+from rail_fem.show.panels import titled
 from rail_fem.show.style import CURVES, new_figure
 from rail_fem.studies.harness import OUT, Table, publish
 
@@ -146,8 +147,7 @@ def draw(one: Study, two: Study, names: tuple[str, str]) -> Figure:
     force.set(xlabel="passes", ylabel="largest force [kN]", ylim=(0, None))
     for axes in (deepest[0], off[0], grown):
         axes.legend()
-    figure.suptitle(f"{names[0]} against {names[1]}, {two['log'][-1, PASSES]:,.0f} passes")
-    return figure
+    return titled(figure, f"{names[0]} against {names[1]}, {two['log'][-1, PASSES]:,.0f} passes")
 
 
 def main(

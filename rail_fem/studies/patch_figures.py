@@ -70,15 +70,9 @@ def _map_line(figure, line, name: str, finest: MethodRow, others: list[MethodRow
     top = max(row.max_pressure for row in (finest, *others)) / 1e6
     for axis, row in zip(line, (finest, *others)):
         patch = row.known_patch
-        drawn = axis.pcolormesh(
-            across_from_contact(row) * 1e3,
-            patch.grid.x * 1e3,
-            np.where(patch.pressure > 0, patch.pressure / 1e6, np.nan),
-            cmap="viridis",
-            vmin=0,
-            vmax=top,
-            shading="nearest",
-        )
+        pressure = np.where(patch.pressure > 0, patch.pressure / 1e6, np.nan)
+        look = {"cmap": "viridis", "vmin": 0, "vmax": top, "shading": "nearest"}
+        drawn = axis.pcolormesh(across_from_contact(row) * 1e3, patch.grid.x * 1e3, pressure, **look)
         label = "finite elements" if row is finest else row.method.split(",")[0]
         axis.set_title(f"{label}\n{row.max_pressure / 1e6:.0f} MPa, {row.area * 1e6:.0f} mm²", fontsize=11)
     figure.colorbar(drawn, ax=line[:3], label="pressure [MPa]", shrink=0.9)
@@ -88,9 +82,8 @@ def _map_line(figure, line, name: str, finest: MethodRow, others: list[MethodRow
             (patch.grid.x, across_from_contact(row)), patch.pressure, bounds_error=False, fill_value=0.0
         )
         miss = (inside(tuple(np.meshgrid(x, s, indexing="ij"))) - reference.pressure) / finest.max_pressure * 100
-        drawn = axis.pcolormesh(
-            s * 1e3, x * 1e3, np.where((miss != 0), miss, np.nan), cmap="RdBu_r", vmin=-10, vmax=10, shading="nearest"
-        )
+        look = {"cmap": "RdBu_r", "vmin": -10, "vmax": 10, "shading": "nearest"}
+        drawn = axis.pcolormesh(s * 1e3, x * 1e3, np.where((miss != 0), miss, np.nan), **look)
         axis.set_title(f"{row.method.split(',')[0]}\nminus finite elements", fontsize=11)
     figure.colorbar(drawn, ax=line[3:], label="of the largest pressure [%]", shrink=0.9)
     for axis in line:

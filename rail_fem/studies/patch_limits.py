@@ -24,6 +24,7 @@ from bem.patch import Patch
 from bem.patch_edge import edge_positions
 from bem.slices.coupled import SlicePatch, slice_contact
 from rail_fem.light.patch_methods import MethodRow, table
+from rail_fem.show.panels import titled
 from rail_fem.show.style import GREEN, TOTAL, new_figure
 from rail_fem.show.style import NOSE as NOSE_COLOUR
 from rail_fem.static_fe.finite_series import finite_series, limit_row, to_stderr
@@ -156,8 +157,7 @@ def draw(cases: dict[str, list[MethodRow]]) -> Figure:
     for axis in axes[len(cases) :]:
         axis.remove()
     figure.legend(*axes[0].get_legend_handles_labels(), loc="lower right", bbox_to_anchor=(0.98, 0.2))
-    figure.suptitle("Pressure across the patch at x = 0, from the initial contact", fontsize=14)
-    return figure
+    return titled(figure, "Pressure across the patch at x = 0, from the initial contact")
 
 
 def study_limits(sizes: list[float], out: Path | None) -> None:

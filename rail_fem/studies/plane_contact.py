@@ -30,6 +30,7 @@ from bem.plane.internal import Field, field_at, grid_below
 from bem.verification.cases import CASES
 from rail_fem.light.contact_pairs import plain_rail_pair
 from rail_fem.light.patch_methods import plain_rail_section
+from rail_fem.show.panels import titled
 from rail_fem.show.style import NOSE, TOTAL, new_figure
 from rail_fem.static_fe.plane_contact import PlaneContact, solve_plane_contact
 from rail_fem.static_fe.plane_strain import Fineness
@@ -171,10 +172,9 @@ def draw(rows: list[Differences]) -> Figure:
         drawn = below.contourf(y, z, field.von_mises / 1e6, 24, cmap="turbo")
         figure.colorbar(drawn, ax=below, label="von Mises stress [MPa]", location="bottom")
         below.set(xlabel="y [mm]", ylabel="z [mm]", aspect="equal")
-        axis.legend(loc="lower center", fontsize=8)
+        axis.legend(loc="lower center", fontsize=9)
     size = rows[-1].size / MM
-    figure.suptitle(f"Plane contact, elements of {size:g} mm: boundary elements against finite elements", fontsize=14)
-    return figure
+    return titled(figure, f"Plane contact, elements of {size:g} mm: boundary elements against finite elements")
 
 
 def main(

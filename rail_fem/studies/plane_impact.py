@@ -31,7 +31,8 @@ from bem.plane.outline import Edge, Outline
 from geometry.profiles.rail import rail_head
 from rail_fem.light.contact_pairs import plain_rail_pair
 from rail_fem.light.patch_methods import plain_rail_section
-from rail_fem.show.style import CURVES, GREY, new_figure
+from rail_fem.show.panels import new_panels, titled
+from rail_fem.show.style import CURVES, GREY
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
 MM, MPA, US = 1e-3, 1e6, 1e-6
@@ -207,8 +208,7 @@ def judged(run: ImpactRun, element: float, end: float = 0.4e-3) -> str:
 def draw(runs: list[ImpactRun]) -> Figure:
     """Stress and force while the wheel presses, a colour a step and a line a scheme; what rings on afterwards, and what
     becomes of the energy."""
-    figure = new_figure(8.5)
-    (stress, ring), (force, energy) = figure.subplots(2, 2, width_ratios=[1.6, 1])
+    figure, ((stress, ring), (force, energy)) = new_panels(8.5, 2, 2, width_ratios=[1.6, 1])
     steps = sorted({run.step for run in runs}, reverse=True)
     colour = {step: CURVES[k % len(CURVES)] for k, step in enumerate(steps)}
     for run in runs:
@@ -223,23 +223,16 @@ def draw(runs: list[ImpactRun]) -> Figure:
     for axis in (stress, force):
         axis.axvline(CONTACT_TIME * 1e3, color=GREY, linestyle=":", linewidth=1)
         axis.set(xlim=(0, min(0.42, end)), ylim=(0, None), xlabel="time since first contact [ms]")
-    stress.annotate(
-        "load removed", (CONTACT_TIME * 1e3, 1), xycoords=("data", "axes fraction"), xytext=(4, -14),
-        textcoords="offset points", fontsize=10,
-    )  # fmt: skip
+    place = {"xycoords": ("data", "axes fraction"), "xytext": (4, -14), "textcoords": "offset points"}
+    stress.annotate("load removed", (CONTACT_TIME * 1e3, 1), fontsize=10, **place)
     stress.set(ylabel="largest von Mises stress\nbelow the contact [MPa]", title="while the wheel presses")
     force.set(ylabel="contact force\n[kN per mm of thickness]")
-    ring.set(
-        title="afterwards", ylabel="largest von Mises stress [MPa]", ylim=(0, 1.1 * highest / MPA),
-        xlim=(CONTACT_TIME * 1e3, end), xlabel="time since first contact [ms]",
-    )  # fmt: skip
-    energy.set(
-        title="energy gained or lost", ylabel="of the largest energy [%]", xlabel="time since first contact [ms]",
-        xlim=(0, end),
-    )  # fmt: skip
-    stress.legend(fontsize=8, loc="upper left")
-    figure.suptitle("P8 wheel striking a BS 113A rail section at 100 mm/s (plane strain, foot held)")
-    return figure
+    ring.set(title="afterwards", ylabel="largest von Mises stress [MPa]", ylim=(0, 1.1 * highest / MPA))
+    ring.set(xlabel="time since first contact [ms]", xlim=(CONTACT_TIME * 1e3, end))
+    energy.set(title="energy gained or lost", ylabel="of the largest energy [%]", xlim=(0, end))
+    energy.set_xlabel("time since first contact [ms]")
+    stress.legend(fontsize=9, loc="upper left")
+    return titled(figure, "P8 wheel striking a BS 113A rail section at 100 mm/s (plane strain, foot held)")
 
 
 def main(

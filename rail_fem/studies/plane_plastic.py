@@ -29,7 +29,8 @@ from bem.plane_plastic.capped import capped_return
 from bem.plane_plastic.cells import Cells
 from bem.plane_plastic.yielding_contact import PlasticContact, Region
 from bem.plastic.hardening import Hardening
-from rail_fem.show.style import STRAIN_COLOURS, new_figure
+from rail_fem.show.panels import new_panels, titled
+from rail_fem.show.style import STRAIN_COLOURS
 from rail_fem.static_fe.plane_strain import Fineness
 from rail_fem.static_fe.plastic_plane import PlasticPlaneContact, PlasticPlaneStep
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
@@ -153,8 +154,7 @@ def draw(rows: list[Compared], contact: PlasticContact) -> Figure:
     corners = cells.vertices[cells.corners] / MM
     names = ("boundary elements", "capped, as in the thesis", "finite elements")
     most = max(max(field.max() for field in row.peeq) for row in rows)
-    figure = new_figure(2.1 * len(rows) + 1.2)
-    axes = figure.subplots(len(rows), 6, squeeze=False, sharex=True, sharey=True)
+    figure, axes = new_panels(2.1 * len(rows) + 1.2, len(rows), 6, squeeze=False, sharex=True, sharey=True)
     for line, row in zip(axes, rows):
         for k, axis in enumerate(line):
             stress = k < 3
@@ -174,10 +174,9 @@ def draw(rows: list[Compared], contact: PlasticContact) -> Figure:
         line[0].set_ylabel(f"{row.load / 1e6:.3g} kN/mm\ny [mm]", fontsize=10)
     for axis in axes[-1]:
         axis.set_xlabel("lateral x [mm]", fontsize=10)
-    figure.suptitle(
-        f"P8 on BS113A in plane strain, rail of {YIELD / MPA:g} MPa without hardening: what yields", fontsize=13
+    return titled(
+        figure, f"P8 on BS113A in plane strain, rail of {YIELD / MPA:g} MPa without hardening: what yields", 13
     )
-    return figure
 
 
 def main(

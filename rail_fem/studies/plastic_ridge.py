@@ -19,7 +19,8 @@ import typer
 from matplotlib.figure import Figure
 
 from bem.material import STEEL, Elastic, contact_modulus
-from rail_fem.show.style import CURVES, GREY, new_figure
+from rail_fem.show.panels import new_panels, titled
+from rail_fem.show.style import CURVES, GREY
 from rail_fem.static_fe.axisymmetric import AxisymmetricError, YieldingSteel
 from rail_fem.static_fe.pressed_ridge import PressedRidge, Ridge, press_ridge
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
@@ -120,17 +121,15 @@ def table(flats: dict[float, dict[str, float]], rows: list[RidgeRow]) -> Table:
 
 def draw(rows: list[RidgeRow]) -> Figure:
     """Plastic strain and half-width over the flat's, against the radius of the ridge."""
-    figure = new_figure(5.4)
-    axes = figure.subplots(1, 2)
+    figure, axes = new_panels(5.4, 1, 2)
     for axis, name in zip(axes, ("integral", "half_width")):
         for number, ratio in enumerate(sorted({row.ratio for row in rows})):
             mine = sorted((row for row in rows if row.ratio == ratio), key=lambda row: row.radius)
             at = [row.radius for row in mine]
             bars = np.abs(np.nan_to_num([row.change[name] for row in mine]))
-            axis.errorbar(
-                at, [row.value[name] for row in mine], bars, fmt="os"[number % 2] + "-", color=CURVES[number],
-                capsize=3, label=f"Hertz' pressure {ratio:g} times the yield stress",
-            )  # fmt: skip
+            look = {"fmt": "os"[number % 2] + "-", "color": CURVES[number], "capsize": 3}
+            words = f"Hertz' pressure {ratio:g} times the yield stress"
+            axis.errorbar(at, [row.value[name] for row in mine], bars, label=words, **look)
         axis.axhline(1.0, color=GREY, linewidth=1)
         axis.set(xscale="log", xlabel="radius of the ridge over the depth of the flat's plastic zone")
         marks = sorted({row.radius for row in rows})
@@ -143,10 +142,9 @@ def draw(rows: list[RidgeRow]) -> Figure:
     axes[0].set_yticks(marks, [f"{one:g}" for one in marks])
     axes[0].minorticks_off()
     axes[0].legend()
-    figure.suptitle(
-        "A cylinder pressed along a ridge with flanks of 45 degrees, over a flat, plane strain (bars: mesh)"
+    return titled(
+        figure, "A cylinder pressed along a ridge with flanks of 45 degrees, over a flat, plane strain (bars: mesh)"
     )
-    return figure
 
 
 def main(

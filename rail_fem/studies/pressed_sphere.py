@@ -25,7 +25,8 @@ from bem.patch import Grid
 from bem.plastic.contact import PlasticHalfSpace
 from bem.plastic.hardening import Hardening
 from rail_fem.output.extrapolation import limit_of
-from rail_fem.show.style import CURVES, GREY, new_figure
+from rail_fem.show.panels import new_panels, titled
+from rail_fem.show.style import CURVES, GREY
 from rail_fem.static_fe.axisymmetric import YieldingSteel
 from rail_fem.static_fe.pressed_sphere import Pressed, press_sphere
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
@@ -161,8 +162,7 @@ def _modulus() -> float:
 
 def draw(rows: list[tuple[Indented, Judged]]) -> Figure:
     """Area over the elastic one, and mean pressure over the yield stress, over the approach."""
-    figure = new_figure(4.6)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(4.6, 1, 2)
     w = np.geomspace(1.0, 110.0, 400)
     fits = {
         "Kogut and Etsion (2002), fit": (kogut_etsion(w), CURVES[2], "--"),
@@ -190,8 +190,7 @@ def draw(rows: list[tuple[Indented, Judged]]) -> Figure:
     for axis in (left, right):
         axis.set(xscale="log", xlabel="approach over that of first yield")
     left.legend(fontsize=9)
-    figure.suptitle("A rigid sphere on an elastic, perfectly plastic half-space (Poisson's ratio 0.3)")
-    return figure
+    return titled(figure, "A rigid sphere on an elastic, perfectly plastic half-space (Poisson's ratio 0.3)")
 
 
 def main(

@@ -24,7 +24,7 @@ from rail_fem.cyclic.closed_forms import ratchet_strain
 from rail_fem.cyclic.law import CyclicLaw, cyclic_law
 from rail_fem.cyclic.paths import uniaxial_cycles
 from rail_fem.cyclic.rolling_line import NoEquilibriumError, rolling_line_contact
-from rail_fem.show.style import new_figure
+from rail_fem.show.panels import new_panels, titled
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 from rail_fem.studies.rolled_passes import draw, roll_all, table
 
@@ -95,8 +95,7 @@ def main(
 
 def verdict_figure(uniaxial, exact, rolling, ratios, tractions, found) -> Figure:
     """What the head of this module says."""
-    figure = new_figure(6.0)
-    left, middle, right = figure.subplots(1, 3)
+    figure, (left, middle, right) = new_panels(6.0, 1, 3)
     for (name, ends), colour in zip(uniaxial.items(), COLOURS, strict=True):
         cycles = np.arange(len(ends))
         left.plot(cycles, 100 * ends, color=colour, label=name)
@@ -107,30 +106,20 @@ def verdict_figure(uniaxial, exact, rolling, ratios, tractions, found) -> Figure
     left.plot(cycles[::10], 100 * (first[0] + exact * cycles[::10]), "k+", label="closed form of the first")
     low, high = (round(s * 1e-6) for s in STRESS_CYCLE)
     left.set(xlabel="cycle", ylabel="axial strain at the upper stress [%]", title=f"uniaxial, {low} to {high} MPa")
-    left.legend(fontsize=8)
-    middle.set(
-        xlabel="pass",
-        ylabel="shear strain added by a pass, worst depth",
-        title="rolling, p0 = 4.6 k, traction 0.1 of it",
-    )
+    left.legend(fontsize=9)
+    middle.set(xlabel="pass", ylabel="shear strain added by a pass, worst depth")
+    middle.set_title("rolling, p0 = 4.6 k, traction 0.1 of it")
     colours = ("#f0f0f0", "#c6dbef", "#fdd0a2", "#d95f0e", "#555555")
     right.pcolormesh(tractions, ratios, found.T, cmap=ListedColormap(colours), vmin=-0.5, vmax=4.5, shading="nearest")
     right.axhline(3.10, color="k", ls="--", lw=1)
-    right.text(0.40, 3.14, "first yield without traction 3.10", ha="right", fontsize=8)
+    right.text(0.40, 3.14, "first yield without traction 3.10", ha="right", fontsize=9)
     right.plot([0], [4.0], "k^", clip_on=False)
-    right.text(0.012, 4.04, "shakedown limit of perfect plasticity 4.00", fontsize=8)
-    right.legend(
-        handles=[Patch(color=c, label=v) for c, v in zip(colours, (*VERDICTS, "no equilibrium"), strict=True)],
-        fontsize=7,
-        loc="lower left",
-    )
-    right.set(
-        xlabel="traction over pressure",
-        ylabel="largest pressure over shear yield stress, p0 / k",
-        title="Abdel-Karim-Ohno, mixing 0.1",
-    )
-    figure.suptitle("Many passes of a line contact, yield stress 300 MPa (made-up steel)")
-    return figure
+    right.text(0.012, 4.04, "shakedown limit of perfect plasticity 4.00", fontsize=9)
+    swatches = [Patch(color=c, label=v) for c, v in zip(colours, (*VERDICTS, "no equilibrium"), strict=True)]
+    right.legend(handles=swatches, fontsize=9, loc="lower left")
+    right.set(xlabel="traction over pressure", title="Abdel-Karim-Ohno, mixing 0.1")
+    right.set_ylabel("largest pressure over shear yield stress, p0 / k")
+    return titled(figure, "Many passes of a line contact, yield stress 300 MPa (made-up steel)")
 
 
 if __name__ == "__main__":

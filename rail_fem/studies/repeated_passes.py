@@ -20,7 +20,8 @@ import typer
 from matplotlib.figure import Figure
 
 from rail_fem.output.result import NAN, PassResult, load
-from rail_fem.show.style import CURVES, new_figure
+from rail_fem.show.panels import new_panels, titled
+from rail_fem.show.style import CURVES
 from rail_fem.studies.harness import OUT, Table, publish
 
 LAST = 3  # passes over which the factor is taken
@@ -107,8 +108,7 @@ def table(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose
 def draw(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose") -> Figure:
     """Force, plastic strain so far, what each pass adds to it, and the fall of the surface, over the number of the
     pass."""
-    figure = new_figure(8.6)
-    (force, strain), (growth, surface) = figure.subplots(2, 2)
+    figure, ((force, strain), (growth, surface)) = new_panels(8.6, 2, 2)
     for result, fall, colour, mark in zip(results, fallen, CURVES, "osv^Dx*"):
         number, name = np.arange(1, len(result.passes) + 1), steel_of(result, part)
         force.plot(number, column(result, f"largest_force_{part}") / 1e3, f"{mark}-", color=colour)
@@ -123,8 +123,7 @@ def draw(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose"
         axes.set(xlabel="pass", ylim=(0, None))
         axes.xaxis.get_major_locator().set_params(integer=True)
     strain.legend(fontsize=10, loc="lower right")
-    figure.suptitle(f"Passes over the same {part}")
-    return figure
+    return titled(figure, f"Passes over the same {part}")
 
 
 def main(

@@ -33,7 +33,8 @@ from rail_fem.light.plastic_rolling import point_zone
 from rail_fem.output.result import PassResult
 from rail_fem.output.result import load as load_result
 from rail_fem.scene.steel import MN13
-from rail_fem.show.style import CURVES, GREY, new_figure
+from rail_fem.show.panels import curve, new_panels, titled
+from rail_fem.show.style import CURVES, GREY
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
 BODY, STEEL = Elastic(210e9, 0.3), MN13
@@ -175,31 +176,22 @@ def table_of(ellipsoids: tuple[Ellipsoid, ...], rolled: list[RolledOver], second
 
 def draw(ellipsoids: tuple[Ellipsoid, ...], rolled: list[RolledOver], passes: dict[str, RolledOver]) -> Figure:
     """Indentation over elastic approach against pressure over yield stress: law, what was rolled, explicit passes."""
-    figure = new_figure(6.2)
-    axis = figure.subplots()
+    figure, axis = new_panels(6.2)
     for number, found in enumerate(passes.values()):
-        axis.plot(
-            found.pressure, found.dent / found.elastic, ".", color=GREY, markersize=5, alpha=0.5,
-            label="explicit passes over the wing: " + ", ".join(passes) if number == 0 else None,
-        )  # fmt: skip
+        words = "explicit passes over the wing: " + ", ".join(passes) if number == 0 else ""
+        ratio = found.dent / found.elastic
+        curve(axis, found.pressure, ratio, words, GREY, line="", marker=".", markersize=5, alpha=0.5)
     for number, (one, found) in enumerate(zip(ellipsoids, rolled)):
         later = slice(len(found.x) // 4, None)
-        axis.plot(
-            found.pressure[later], (found.dent / found.elastic)[later], "-", color=CURVES[number + 1], linewidth=2.2,
-            label=f"rolled over the half-space: radii {one.radii[0] * 1e3:.0f} and {one.radii[1] * 1e3:.0f} mm",
-        )  # fmt: skip
+        words = f"rolled over the half-space: radii {one.radii[0] * 1e3:.0f} and {one.radii[1] * 1e3:.0f} mm"
+        curve(axis, found.pressure[later], (found.dent / found.elastic)[later], words, CURVES[number + 1], 2.2)
     q = np.linspace(1.0, max(5.0, *(found.pressure.max() for found in [*rolled, *passes.values()])), 100)
-    axis.plot(
-        q, RATE * np.maximum(q - ONSET, 0), "--", color=CURVES[0], label="law of the light models, without its lag"
-    )
-    axis.set(
-        xlabel="mean Hertz pressure over yield stress",
-        ylabel="plastic indentation over elastic approach",
-        ylim=(-0.03, None),
-    )
+    words = "law of the light models, without its lag"
+    curve(axis, q, RATE * np.maximum(q - ONSET, 0), words, CURVES[0], 1.5, "--")
+    axis.set(xlabel="mean Hertz pressure over yield stress", ylim=(-0.03, None))
+    axis.set_ylabel("plastic indentation over elastic approach")
     axis.legend()
-    figure.suptitle("How deep a rolling wheel presses in Mn13: loops are forces that rise and fall")
-    return figure
+    return titled(figure, "How deep a rolling wheel presses in Mn13: loops are forces that rise and fall")
 
 
 def main(

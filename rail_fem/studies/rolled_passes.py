@@ -18,7 +18,8 @@ from matplotlib.figure import Figure
 from bem.cycle_jumps import LEAST_FLOW, JumpRule
 from rail_fem.cyclic.law import CyclicLaw
 from rail_fem.cyclic.rolling_line import NoEquilibriumError, RollingHistory, rolling_line_contact
-from rail_fem.show.style import CURVES, new_figure
+from rail_fem.show.panels import new_panels, titled
+from rail_fem.show.style import CURVES
 from rail_fem.studies.harness import Table
 
 TRACTION = 0.1
@@ -128,8 +129,7 @@ def table(found: list[LongRun | RefusedLoad]) -> Table:
 def draw(found: list[LongRun | RefusedLoad]) -> Figure:
     """Cumulated plastic strain and forward shear over the passes, computed ones broad, with jumps dashed in a band; the
     error of the plastic strain, true and estimated."""
-    figure = new_figure(6.0)
-    strain, shear, error = figure.subplots(1, 3)
+    figure, (strain, shear, error) = new_panels(6.0, 1, 3)
     shown = [run for run in found if isinstance(run, LongRun) and run.jumped.plastic_strain[-1].max() > LEAST_FLOW]
     for run, colour in zip(shown, CURVES):
         h, w = run.jumped, run.jumped.worst
@@ -155,5 +155,6 @@ def draw(found: list[LongRun | RefusedLoad]) -> Figure:
     error.plot([], [], "-", color="0.4", lw=4, alpha=0.5, label="every pass computed; true error")
     error.plot([], [], "--", color="0.4", label="with jumps; estimated error")
     error.legend(loc="upper left", fontsize=9)
-    figure.suptitle(f"Passes of a line contact, traction {TRACTION:g} of the pressure, at the depth that fares worst")
-    return figure
+    return titled(
+        figure, f"Passes of a line contact, traction {TRACTION:g} of the pressure, at the depth that fares worst"
+    )

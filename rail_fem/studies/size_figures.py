@@ -12,6 +12,7 @@ from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import PassResult
 from rail_fem.scene.units import SHOWN, show
 from rail_fem.show.metal import CUBIC_MM
+from rail_fem.show.panels import new_panels, titled
 from rail_fem.show.style import CURVES, GREY, TOTAL, new_figure, scene_words
 from rail_fem.studies.size_series import limits, size_of
 from rail_fem.sweeps.compare import core_seconds
@@ -48,8 +49,7 @@ LEAST = 1e-4  # of an error that is drawn: a smaller one stands there
 def draw_sizes(results: Sequence[PassResult]) -> Figure:
     """results : coarse to fine, with their bars"""
     found = limits(results)
-    figure = new_figure(10.0)
-    axes = figure.subplots(len(PANELS), len(PANELS[0]))
+    figure, axes = new_panels(10.0, len(PANELS), len(PANELS[0]))
     for axis, name in zip(axes.flat, [name for names in PANELS for name in names]):
         if name in found:
             _panel(axis, name, results, found[name])
@@ -60,8 +60,7 @@ def draw_sizes(results: Sequence[PassResult]) -> Figure:
     figure.get_layout_engine().set(rect=(0, 0.07, 1, 0.93))
     figure.legend(handles, words, loc="lower center", ncols=3)
     what = f"One pass at several element sizes, {stretch(results)} (PEEQ: equivalent plastic strain)"
-    figure.suptitle(f"{what}\n{scene_words(results[0].scene)}", fontsize=14)
-    return figure
+    return titled(figure, f"{what}\n{scene_words(results[0].scene)}")
 
 
 def stretch(results: Sequence[PassResult]) -> str:
@@ -87,21 +86,12 @@ def _panel(axis, name: str, results: Sequence[PassResult], limit: Limit) -> None
     values = np.array([quantity.of(r) for r in results]) * factor
     bars = np.array([r.error_bars.get(name, np.nan) for r in results]) * factor
     axis.axhspan(*(factor * (limit.value + side * limit.doubt) for side in (-1, 1)), color="#DDDDDD", zorder=0)
-    axis.axhline(
-        factor * limit.value, color=GREY, ls="--", lw=1.2, label="limit by second order, with its doubt (grey)"
-    )
+    words = "limit by second order, with its doubt (grey)"
+    axis.axhline(factor * limit.value, color=GREY, ls="--", lw=1.2, label=words)
     axis.plot(sizes, values, "-", color=TOTAL, lw=0.8)
     known = np.isfinite(bars)
-    axis.errorbar(
-        sizes[known],
-        values[known],
-        bars[known],
-        fmt="o",
-        color=TOTAL,
-        capsize=5,
-        ms=6,
-        label="run, bar by its coarse twin",
-    )
+    look = {"fmt": "o", "color": TOTAL, "capsize": 5, "ms": 6}
+    axis.errorbar(sizes[known], values[known], bars[known], label="run, bar by its coarse twin", **look)
     if (~known).any():
         axis.plot(sizes[~known], values[~known], "o", mfc="white", color=TOTAL, ms=6, label="run without a coarser one")
     axis.set_xscale("log")
@@ -131,9 +121,9 @@ def draw_cost(results: Sequence[PassResult]) -> Figure:
         axis.set(xscale="log", yscale="log", ylim=(100 * LEAST / 8, 1000), title=title)
         axis.set(xlabel="core seconds of the pass", ylabel="error against the limit [%]")
         axis.legend(loc="lower left", fontsize=10)
-    figure.suptitle(
+    return titled(
+        figure,
         f"Speed against error of the explicit model, {stretch(results)};\nbars: what is not known of the limit."
         f" {scene_words(results[0].scene)}",
-        fontsize=12,
+        12,
     )
-    return figure

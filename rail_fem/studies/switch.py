@@ -21,6 +21,7 @@ from geometry.surfaces.switch import Switch
 from geometry.wheelset import Wheelset, WheelsetError
 from rail_fem.atomic import write_text_atomically
 from rail_fem.light.load_sharing import MISSED, LoadedWheelset, equilibrium_under
+from rail_fem.show.panels import curve, titled
 from rail_fem.show.style import NOSE, WING, new_figure
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
@@ -140,13 +141,13 @@ def draw(switch: Switch, found: SwitchPass, wheel: str) -> Figure:
     draw_shares(figure.add_subplot(grid[1, :]), found)
     for k, at in enumerate(SHOWN):
         draw_section(figure.add_subplot(grid[2 + k // 2, k % 2]), switch, found, at, wheel)
-    figure.suptitle(
+    return titled(
+        figure,
         f"{wheel} through a parametric switch (R {switch.radius:g} m, {switch.rail} stock rail), facing to the right,"
         f" axle load {AXLE_LOAD / 1e3:g} kN,\npushed outwards by {PUSH:.0%} of it; after the thesis' Fig. 3-12, its"
         " switch rail is not public",
-        fontsize=15,
+        15,
     )
-    return figure
 
 
 def draw_plan(axis, switch: Switch, found: SwitchPass) -> None:
@@ -158,32 +159,16 @@ def draw_plan(axis, switch: Switch, found: SwitchPass) -> None:
     for value, words in ((np.full(len(x), switch.gauge_line / MM), "stock rail"), (edge, "switch rail")):
         axis.plot(x, value, color="#555555", lw=1.0)
         at = -1 if words == "stock rail" else 120
-        axis.annotate(
-            f"gauge line of the {words}",
-            (x[at], value[at]),
-            (-8, 5 if at < 0 else -16),
-            textcoords="offset points",
-            ha="right",
-            style="italic",
-        )
+        place = {"xytext": (-8, 5 if at < 0 else -16), "textcoords": "offset points", "ha": "right"}
+        axis.annotate(f"gauge line of the {words}", (x[at], value[at]), style="italic", **place)
     for switch_rail, (name, colour) in enumerate(BODIES):
         mine = found.on_switch_rail == bool(switch_rail)
-        axis.scatter(
-            found.x[found.index[mine]],
-            found.position[mine] / MM,
-            s=6e-4 * found.force[mine],
-            color=colour,
-            label=f"contact on the {name}",
-            zorder=3,
-        )
+        look = {"s": 6e-4 * found.force[mine], "color": colour, "zorder": 3}
+        axis.scatter(found.x[found.index[mine]], found.position[mine] / MM, label=f"contact on the {name}", **look)
     for shown in SHOWN:
         axis.axvline(shown, color="black", lw=0.7, ls=":")
-    axis.set(
-        xlabel="x from the toe [m]",
-        ylabel="y on the stock rail [mm]",
-        ylim=(edge.min() - 8, 40),
-        xlim=(found.x[0] - 0.03, found.x[-1] + 0.03),
-    )
+    axis.set(xlabel="x from the toe [m]", xlim=(found.x[0] - 0.03, found.x[-1] + 0.03))
+    axis.set(ylabel="y on the stock rail [mm]", ylim=(edge.min() - 8, 40))
     axis.set_title("top view; area of a dot: normal force; dotted: sections below", loc="left")
     axis.legend(loc="lower left")
 
@@ -191,12 +176,9 @@ def draw_plan(axis, switch: Switch, found: SwitchPass) -> None:
 def draw_shares(axis, found: SwitchPass) -> None:
     for switch_rail, (name, colour) in enumerate(BODIES):
         axis.plot(found.x, 100 * found.share(bool(switch_rail)), color=colour, label=f"load on the {name} [%]")
-    axis.plot(
-        found.x, 10 * found.points(), color="black", lw=1.0, drawstyle="steps-mid", label="points that carry, times 10"
-    )
-    axis.set(
-        xlabel="x from the toe [m]", ylabel="share of the wheel load [%]", xlim=(found.x[0] - 0.03, found.x[-1] + 0.03)
-    )
+    curve(axis, found.x, 10 * found.points(), "points that carry, times 10", width=1.0, drawstyle="steps-mid")
+    axis.set(xlabel="x from the toe [m]", xlim=(found.x[0] - 0.03, found.x[-1] + 0.03))
+    axis.set_ylabel("share of the wheel load [%]")
     axis.legend(ncols=3, loc="center right")
 
 

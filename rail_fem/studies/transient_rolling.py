@@ -29,7 +29,8 @@ from rail_fem.damage.wear import JENDEL
 from rail_fem.hierarchy import solve
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings
-from rail_fem.show.style import BODY, GREY, new_figure
+from rail_fem.show.panels import new_panels, titled
+from rail_fem.show.style import BODY, GREY
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
 SPACING = 0.5e-3  # of the patches of the pass, and of steady ones [m]
@@ -176,8 +177,7 @@ def table(found: dict[str, SteadyAndMoving], step: float) -> Table:
 
 def draw(found: dict[str, SteadyAndMoving], title: str, step: float) -> Figure:
     """Normal force, friction work per millimetre steady and moving, and their difference, of wing and nose."""
-    figure = new_figure(8.0)
-    load, work, off = figure.subplots(3, 1, sharex=True, height_ratios=[0.7, 1.3, 0.9])
+    figure, (load, work, off) = new_panels(8.0, 3, 1, sharex=True, height_ratios=[0.7, 1.3, 0.9])
     for name, own in found.items():
         x = own.x * MM
         load.plot(x, own.load / 1e3, color=BODY[name], label=name)
@@ -192,10 +192,9 @@ def draw(found: dict[str, SteadyAndMoving], title: str, step: float) -> Figure:
     load.legend()
     work.set_ylim(0, 1.35 * work.get_ylim()[1])
     work.legend(ncols=2, fontsize=10, loc="upper left")
-    figure.suptitle(
-        f"{title}\nrolling over the transfer: points of the rail remember, or each patch is steady", fontsize=13
+    return titled(
+        figure, f"{title}\nrolling over the transfer: points of the rail remember, or each patch is steady", 13
     )
-    return figure
 
 
 CASE = Path("cases/damage/crossing_transfer.toml")

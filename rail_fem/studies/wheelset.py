@@ -27,6 +27,7 @@ from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import SIDES, Track, Wheelset
 from rail_fem.atomic import write_text_atomically
 from rail_fem.light.load_sharing import LoadedWheelset, static_equilibrium
+from rail_fem.show.panels import titled
 from rail_fem.show.style import CURVES, TOTAL, new_figure
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
@@ -77,8 +78,7 @@ def draw(curves: ShiftCurves, loaded: Sequence[LoadedWheelset], conicity: Sequen
     cone.set(title="equivalent conicity, EN 15302", xlabel="amplitude [mm]", ylabel="tan gamma", ylim=(0, None))
     for axis in (radius, angle, first, carrying, lateral):
         axis.set(xlabel="lateral shift, + to the left [mm]", xlim=(-12, 12))
-    figure.suptitle(title)
-    return figure
+    return titled(figure, title)
 
 
 def random_states(count: int, seed: int = 1) -> np.ndarray:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, new_figure, scene_words
+from rail_fem.show.panels import curve, legend_above, new_panels, ring, titled
+from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, scene_words
 from rail_fem.sweeps.compare import QUANTITIES, SHARE, Comparison, core_seconds
 
 MARKERS = {  # of a quantity; colours belong to the runs
@@ -25,15 +26,11 @@ NAMES = 0.5  # of the height, from the bottom, that is kept for names
 
 def cost_figure(comparison: Comparison) -> Figure:
     """Error against the reference over core seconds, both logarithmic; force histories beneath."""
-    figure = new_figure(11.0)
-    above, below = figure.subplots(2, 1, gridspec_kw={"height_ratios": [1.2, 1]})
+    figure, (above, below) = new_panels(11.0, 2, 1, height_ratios=[1.2, 1])
     draw_errors(above, comparison)
     draw_histories(below, comparison)
     reference = comparison.names[comparison.results.index(comparison.reference)]
-    figure.suptitle(
-        f"Cost against error, held against {reference}\n{scene_words(comparison.reference.scene)}", fontsize=14
-    )
-    return figure
+    return titled(figure, f"Cost against error, held against {reference}\n{scene_words(comparison.reference.scene)}")
 
 
 def draw_errors(axes, comparison: Comparison) -> None:
@@ -46,35 +43,17 @@ def draw_errors(axes, comparison: Comparison) -> None:
         ]
         cost, error = np.array([row for row in rows if np.isfinite(row[1])]).reshape(-1, 2).T
         if len(cost):
-            axes.plot(
-                cost,
-                np.maximum(error, LEAST),
-                marker,
-                ms=11,
-                mfc="none",
-                mec=TOTAL,
-                mew=2.2,
-                ls="none",
-                label=QUANTITIES[quantity].meaning,
-            )
+            ring(axes, cost, np.maximum(error, LEAST), marker, TOTAL, QUANTITIES[quantity].meaning, 11, 2.2)
     for i, (name, result) in enumerate(zip(comparison.names, comparison.results)):
         axes.axvline(core_seconds(result), color=GREY, ls=":", lw=1)
         text = f"{name} (reference)" if result is comparison.reference else name
-        axes.annotate(
-            text,
-            (core_seconds(result), LABELS[i % len(LABELS)]),
-            xycoords=("data", "axes fraction"),
-            xytext=(-4, 0),
-            textcoords="offset points",
-            rotation=90,
-            ha="right",
-            va="bottom",
-            fontsize=11,
-        )
+        place = {"rotation": 90, "ha": "right", "va": "bottom", "fontsize": 11}
+        at = core_seconds(result), LABELS[i % len(LABELS)]
+        axes.annotate(text, at, (-4, 0), ("data", "axes fraction"), textcoords="offset points", **place)
     axes.set(xscale="log", yscale="log", xlabel="time of the model itself [core seconds]", ylabel="relative error [1]")
     low, high = axes.get_ylim()
     axes.set_ylim(low * (low / high) ** (NAMES / (1 - NAMES)), high)
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=2, mode="expand", frameon=False)
+    legend_above(axes, borderaxespad=None)
 
 
 def draw_histories(axes, comparison: Comparison) -> None:
@@ -82,18 +61,10 @@ def draw_histories(axes, comparison: Comparison) -> None:
     path = comparison.reference.history["x"]
     for name, result, colour in zip(comparison.names, comparison.results, _colours(comparison)):
         if len(result.history["x"]) and np.isfinite(result.history["force"]).any():
-            on_top = result is comparison.reference
-            axes.plot(
-                1e3 * result.history["x"],
-                result.history["force"] / 1e3,
-                color=colour,
-                lw=2.6 if on_top else 1.6,
-                zorder=3 if on_top else 2,
-                label=name,
-            )
-    axes.axhline(
-        comparison.reference.scene.static_wheel_load / 1e3, color=GREY, ls="--", lw=1.4, label="static wheel load"
-    )
+            look = {"width": 2.6, "zorder": 3} if result is comparison.reference else {"width": 1.6, "zorder": 2}
+            curve(axes, 1e3 * result.history["x"], result.history["force"] / 1e3, name, colour, **look)
+    load = comparison.reference.scene.static_wheel_load
+    axes.axhline(load / 1e3, color=GREY, ls="--", lw=1.4, label="static wheel load")
     if len(path):
         axes.set_xlim(1e3 * path.min(), 1e3 * path.max())
     axes.set(xlabel="position x of the wheel's centre [mm]", ylabel="vertical force [kN]")

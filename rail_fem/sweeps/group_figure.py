@@ -8,9 +8,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from rail_fem.hierarchy import MODELS
@@ -18,18 +15,17 @@ from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import show
 from rail_fem.show.fields import CrossingFields, FieldsError, faces_from_above, read_crossing
-from rail_fem.show.plan import contact_path, mpl_colour, view_box
+from rail_fem.show.panels import cells, legend_above, new_panels, strain_bar, strain_paint, strain_scale, titled
+from rail_fem.show.plan import contact_path, view_box
 from rail_fem.show.style import (
     GREEN,
     GREY,
     HALO,
     LINE_OF_MODEL,
-    NEVER_YIELDED,
     NOSE,
     ORANGE,
     PURPLE,
     SKY,
-    STRAIN_COLOURS,
     TOTAL,
     WING,
     align_labels,
@@ -57,8 +53,9 @@ PANELS = (
 def group_figure(title: str, results: Mapping[str, PassResult]) -> Figure:
     """Contact force, height of the wheel and of the crossing, lateral position of contact of each case over the
     position of the wheel."""
-    figure = new_figure(14.0)
-    panels = figure.subplots(len(PANELS), 1, sharex=True, gridspec_kw={"height_ratios": [panel[3] for panel in PANELS]})
+    figure, panels = new_panels(
+        14.0, len(PANELS), 1, sharex=True, gridspec_kw={"height_ratios": [panel[3] for panel in PANELS]}
+    )
     for (name, result), colour in zip(results.items(), COLOURS * len(results)):
         x = 1e3 * result.history["x"]
         dashes = "-" if result.scene.direction == "facing" else "--"
@@ -72,10 +69,9 @@ def group_figure(title: str, results: Mapping[str, PassResult]) -> Figure:
         "position x of the wheel's centre [mm]   (dashed: trailing, the wheel runs to the left; y is positive towards"
         " the field side)"
     )
-    panels[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=1, frameon=False)
+    legend_above(panels[0], 1, mode=None, borderaxespad=None)
     align_labels(figure)
-    figure.suptitle(f"{title}: model {next(iter(results.values())).model}", fontsize=14)
-    return figure
+    return titled(figure, f"{title}: model {next(iter(results.values())).model}")
 
 
 def strain_figure(title: str, folders: Mapping[str, Path], results: Mapping[str, PassResult]) -> Figure | None:
@@ -96,25 +92,17 @@ def strain_figure(title: str, folders: Mapping[str, Path], results: Mapping[str,
     low, high, bottom, top = boxes[:, 0].min(), boxes[:, 1].max(), boxes[:, 2].min(), boxes[:, 3].max()
     figure = new_figure(1.8 + len(fields) * (0.5 + 11 * (top - bottom) / (high - low)), layout="compressed")
     panels = np.atleast_1d(figure.subplots(len(fields), 1, sharex=True))
-    colours = ScalarMappable(
-        Normalize(0.0, max(max(s.max(initial=0.0) for s in strain.values()), 1e-9)), STRAIN_COLOURS
-    )
+    colours = strain_scale(max(max(s.max(initial=0.0) for s in strain.values()), 1e-9))
     for axes, name in zip(panels, fields):
-        painted = np.where((strain[name] > 0)[:, None], colours.to_rgba(strain[name]), mpl_colour(NEVER_YIELDED))
-        axes.add_collection(PolyCollection(corners[name], facecolors=painted, edgecolors=painted, linewidths=0.3))
+        painted = strain_paint(colours, strain[name])
+        cells(axes, corners[name], painted, painted, 0.3)
         axes.plot(*contact_path(results[name]), color=GREY, lw=1.0)
         axes.set(xlim=(low, high), ylim=(bottom, top), aspect="equal", ylabel="y [mm]")
-        axes.set_title(
-            f"{case_words(name, results[name].scene)}; at most {strain[name].max():.1f} %", fontsize=11, loc="left"
-        )
-        axes.grid(False)
+        words = f"{case_words(name, results[name].scene)}; at most {strain[name].max():.1f} %"
+        axes.set_title(words, fontsize=11, loc="left")
     panels[-1].set_xlabel("x [mm]   (y is positive towards the field side; line: path of contact)")
-    bar = figure.colorbar(colours, ax=list(panels), orientation="horizontal", aspect=60, shrink=0.9, fraction=0.04)
-    bar.set_label(
-        "equivalent plastic strain (PEEQ) of the surface elements [%]; grey: never yielded, white: not meshed"
-    )
-    figure.suptitle(f"{title}: plastic strain after one pass", fontsize=14)
-    return figure
+    strain_bar(figure, colours, list(panels), " of the surface elements", 0.04)
+    return titled(figure, f"{title}: plastic strain after one pass")
 
 
 ROUGH = ("p2_formula", "lumped")  # bounds and formulas: their bars may leave the panel, with their value written
@@ -138,20 +126,11 @@ def summary_figure(
     panels = np.atleast_1d(figure.subplots(len(measures), 1, sharex=True))
     position, width = np.arange(len(results)), 0.8 / max(len(models), 1)
     for axes, (words, measure) in zip(panels, measures.items()):
-        bars = {
-            model: [
-                measure.factor * measure.of(of_case[model]) if model in of_case else np.nan
-                for of_case in results.values()
-            ]
-            for model in models
-        }
-        errors = {
-            model: [
-                measure.factor * measure.bar(of_case[model]) if model in of_case else 0.0
-                for of_case in results.values()
-            ]
-            for model in models
-        }
+        told = lambda model, of, absent: [
+            measure.factor * of(of_case[model]) if model in of_case else absent for of_case in results.values()
+        ]
+        bars = {model: told(model, measure.of, np.nan) for model in models}
+        errors = {model: told(model, measure.bar, 0.0) for model in models}
         reach = highest([np.add(bars[model], errors[model]).tolist() for model in models if model not in ROUGH])
         legend, marks = (published or {}).get(words, ("", {}))
         top = 1.3 * highest([*(bars[m] for m in models if m not in ROUGH), [*marks.values()]] or [*bars.values()])
@@ -170,8 +149,7 @@ def summary_figure(
         if axes.patches or known:
             axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=LEGEND_COLUMNS, frameon=False, borderaxespad=0.1)
     panels[-1].set_xticks(position, what_differs(results), rotation=45, ha="right")
-    figure.suptitle(title, fontsize=14)
-    return figure
+    return titled(figure, title)
 
 
 def highest(rows: list[list[float]]) -> float:
@@ -193,14 +171,14 @@ def draw_bars(
         )  # fmt: skip
     for at, value in zip(position, values):
         if value > top > 0:
-            axes.text(at, 0.98 * top, f"{value:.0f}", rotation=90, ha="center", va="top", fontsize=8, path_effects=HALO)
+            axes.text(at, 0.98 * top, f"{value:.0f}", rotation=90, ha="center", va="top", fontsize=9, path_effects=HALO)
 
 
 def what_differs(results: Mapping[str, Mapping[str, PassResult]]) -> list[str]:
     """A name for each case: its own, and in what its scene differs from the most usual one."""
     scenes = [next(iter(of_case.values())).scene if of_case else None for of_case in results.values()]
     facts: list[tuple[str, ...]] = [scene_facts(scene) if scene is not None else () for scene in scenes]
-    usual = [max(set(column), key=column.count) for column in zip(*filter(None, facts))]
+    usual = [max(dict.fromkeys(column), key=column.count) for column in zip(*filter(None, facts))]
     return [
         f"{name}: {', '.join(f for f, common in zip(own, usual) if f != common) or 'the usual'}" if own else name
         for name, own in zip(results, facts)

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator
 
 from rail_fem.hierarchy import MODELS
-from rail_fem.show.style import CURVES, GREY, LINE_OF_MODEL, new_figure, scene_words
+from rail_fem.show.panels import legend_above, new_panels
+from rail_fem.show.style import CURVES, GREY, LINE_OF_MODEL, scene_words
 from rail_fem.sweeps.parameters import find_column, title_of
 
 if TYPE_CHECKING:
@@ -52,8 +53,7 @@ def parameter_figure(sweep: SweepResults, quantity: str, against: str, models: t
         raise ValueError(f"--quantity {quantity}: no run of {', '.join(models) or 'this sweep'} resolves it")
     positions = _positions([row[key] for row in rows])
     lines = _lines(rows, [name for name in map(title_of, sweep.varied) if name != key], column)
-    figure = new_figure(7.5)
-    axes = figure.subplots()
+    figure, axes = new_panels(7.5)
     for number, line in enumerate(lines):
         _draw_line(axes, line, (key, column), positions, number, alone=len({one.model for one in lines}) == 1)
     _draw_static_load(axes, rows, (key, column), positions)
@@ -141,9 +141,7 @@ def _label(axes, names, positions) -> None:
         axes.set_xticks(sorted(positions.values()))
     else:
         axes.xaxis.set_major_locator(AutoLocator())
-    axes.legend(
-        loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=2, mode="expand", frameon=False, handlelength=4.5
-    )
+    legend_above(axes, borderaxespad=None, handlelength=4.5)
 
 
 def _axis_words(name: str) -> str:

@@ -1,5 +1,8 @@
 """Figures say which case they show, one colour has one meaning, and no path is drawn where no body is."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from matplotlib.text import Text
@@ -71,3 +74,13 @@ def test_the_patches_of_a_result_are_drawn_by_body_in_engineers_units(scene):
         expected = [patch.max_pressure / 1e6 for patch in result.patches if patch.region == body]
         assert expected and np.allclose(drawn[f"patch on the {body}"], expected)
     assert above.get_ylabel() == "elastic pressure\n(Hertz) [MPa]"
+
+
+SMALLEST = 9  # points, on figures that are 12 inches wide
+
+
+def test_no_letters_of_figures_are_too_small_to_read():
+    root = Path(__file__).parents[2]
+    sources = [path for package in ("rail_fem", "geometry", "bem") for path in (root / package).rglob("*.py")]
+    sizes = [float(size) for path in sources for size in re.findall(r"fontsize=([\d.]+)", path.read_text("utf-8"))]
+    assert len(sizes) > 30 and min(sizes) >= SMALLEST

@@ -1,14 +1,17 @@
 """Figures of a run: what they show is where it is, and what is not there is said in words."""
 
+import itertools
 import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.image
 import numpy as np
 import pytest
+from matplotlib.transforms import Bbox
 
 from geometry.meshing.blocks import mesh_grid
 from rail_fem.light.pass_result import pressure_peaks
@@ -19,12 +22,13 @@ from rail_fem.output.trust import largest_internal
 from rail_fem.show.creep import creep_figure
 from rail_fem.show.energies import energies_figure
 from rail_fem.show.fields import FieldsError, cut_at, depth_below, faces_from_above, read_crossing
-from rail_fem.show.figures import draw_run, field_figures
+from rail_fem.show.figures import HISTORIES, draw_run, field_figures
 from rail_fem.show.force import force_figure
 from rail_fem.show.patches import patches_figure
 from rail_fem.show.plan import cut_in_strips, plan_figure, view_box
 from rail_fem.show.section import section_figure
 from rail_fem.show.stress import kept_frames, loaded_frame, residual, stress_figure, under_load
+from rail_fem.show.style import lettering
 from tests.rail_fem.surrogate_run import (
     MOST,
     SETTLE,
@@ -41,6 +45,7 @@ from tests.rail_fem.test_scene import make_scene
 ROOT = Path(__file__).resolve().parent.parent.parent
 STRAIN_TITLES = "plastic_strain_plan", "plastic_strain_section"
 STRAIN = {f"{title}.png" for title in STRAIN_TITLES}
+PIXEL = 1.0  # boxes that meet share none
 NAMES = {"creep.png", "force.png", "energies.png", "stress_section.png", "mesh.png"} | STRAIN
 
 
@@ -118,6 +123,22 @@ def test_title_names_crossing_wheel_speed_direction_and_fault(tmp_path):
 
 
 # ---- positions and values
+
+
+@pytest.mark.parametrize("title", ["", "a case", "of many words " * 20])
+def test_titles_and_legends_cover_no_other(tmp_path, title):
+    """Boxes as drawn. The legend of the view from above lay on the title, and wing's words on nose's over stresses."""
+    result = replace(write_run(tmp_path), title=title)
+    with lettering():
+        figures = {name: draw(result, "run") for name, draw in HISTORIES.items() if name not in ("patches", "passes")}
+        figures |= field_figures(tmp_path, result, "run")
+        for name, figure in figures.items():
+            figure.draw_without_rendering()
+            parts = [figure._suptitle, *(axes.title for axes in figure.axes if axes.get_title())]
+            parts += [axes.get_legend() for axes in figure.axes if axes.get_legend()]
+            boxes = [part.get_window_extent() for part in parts]
+            shared = (Bbox.intersection(one, two) for one, two in itertools.combinations(boxes, 2))
+            assert not any(box is not None and min(box.width, box.height) > PIXEL for box in shared), name
 
 
 def test_peaks_are_those_after_the_settling(tmp_path):

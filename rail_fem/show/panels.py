@@ -1,0 +1,68 @@
+"""The kit that figures are made of: panels of what against what, the marks on them, the words around."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import Normalize, to_rgba
+from matplotlib.figure import Figure
+
+from rail_fem.show.style import NEVER_YIELDED, SKY, STRAIN_COLOURS, TOTAL, new_figure
+
+
+def new_panels(height: float, *shape: int, layout: str = "constrained", **grid: Any) -> tuple[Figure, Any]:
+    """A figure of the common width [inch] and its axes, rows and columns as matplotlib's subplots gives them."""
+    figure = new_figure(height, layout)
+    return figure, figure.subplots(*shape, **grid)
+
+
+def curve(axes, x, y, words: str = "", colour: str = TOTAL, width: float = 2.0, line: Any = "-", **look: Any) -> None:
+    """A line, or marks alone where `line` is "". words : in the legend, by choice"""
+    axes.plot(x, y, ls=line, color=colour, lw=width, label=words, **look)
+
+
+def band(axes, x, low, high, words: str = "", colour: str = SKY, strength: float = 0.3) -> None:
+    """What lies between two lines over x."""
+    axes.fill_between(x, low, high, color=colour, alpha=strength, lw=0, label=words)
+
+
+def ring(axes, x, y, marker: str, colour: str, words: str = "", size: float = 9.0, width: float = 2.0, **look) -> None:
+    """Open marks."""
+    axes.plot(x, y, marker, ms=size, mfc="none", mec=colour, mew=width, ls="none", label=words, **look)
+
+
+def legend_above(axes, columns: int = 2, **look: Any) -> None:
+    """The legend over the axes, where it hides no curve."""
+    place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0, 1.0, 0.1), "mode": "expand", "borderaxespad": 0.2}
+    axes.legend(**{**place, "ncols": columns, "frameon": False, **look})
+
+
+def cells(axes, polygons, paint, edges="none", width: float | None = None) -> None:
+    """Polygons [(corners, 2)] or (k, corners, 2) in the colours `paint`, without a grid over them."""
+    axes.add_collection(PolyCollection(polygons, facecolors=paint, edgecolors=edges, linewidths=width))
+    axes.grid(False)
+
+
+def strain_scale(most: float) -> ScalarMappable:
+    """Colours of plastic strain from 0 to `most` [%]."""
+    return ScalarMappable(Normalize(0.0, most), STRAIN_COLOURS)
+
+
+def strain_paint(colours: ScalarMappable, strain: np.ndarray) -> np.ndarray:
+    """(k, 4) colours of plastic strains (k,) [%]; grey where steel has never yielded."""
+    return np.where((strain > 0)[:, None], colours.to_rgba(strain), to_rgba(NEVER_YIELDED))
+
+
+def strain_bar(figure: Figure, colours: ScalarMappable, axes, of: str = "", share: float = 0.05) -> None:
+    """The scale beneath, with its words. share : of the height"""
+    bar = figure.colorbar(colours, ax=axes, orientation="horizontal", aspect=60, shrink=0.9, fraction=share)
+    bar.set_label(f"equivalent plastic strain (PEEQ){of} [%]; grey: never yielded, white: not meshed")
+
+
+def titled(figure: Figure, title: str, size: float = 14.0) -> Figure:
+    """The figure, with its title: of one line or more."""
+    figure.suptitle(title, fontsize=size)
+    return figure
