@@ -29,7 +29,7 @@ def case_warnings(scene: Scene, settings: Frozen) -> list[str]:
     if isinstance(settings, BemPlasticSettings) and scene.crossing.family != JOINT:
         warnings.append(
             "a half-space has no free side: at the corners of wing and nose bem_plastic is 27 to 39 % low in plastic"
-            " strain; fe_full at 1.4 mm costs about as much and is 1 to 7 % off (docs/models/plastic.md)"
+            " strain; fe_full at 1.4 mm costs no more and is 1 to 9 % off (docs/speed.md)"
         )
     if isinstance(settings, FeSettings):
         return warnings + fe_warnings(scene, settings) + window_warnings(scene, settings)
