@@ -128,6 +128,18 @@ def test_radius_and_steel_drop_out():
     assert np.allclose(found[0], found[1], rtol=1e-6)
 
 
+@pytest.mark.parametrize("fault", ["folded", "left of the axis"])
+def test_one_element_among_good_ones_that_is_none_is_refused(fault):
+    steel = YieldingSteel(Elastic(YOUNG, NU), YIELD)
+    nodes = np.array([[r, z] for z in (0.0, 1.0) for r in (0.0, 1.0, 2.0)])
+    quads = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+    assert AxisymmetricBody(nodes, quads, steel).count == 12
+    quads, nodes = (quads[:, ::-1] if fault == "folded" else quads), nodes - [3.0 * (fault != "folded"), 0.0]
+    quads[0] = [0, 1, 4, 3]
+    with pytest.raises(AxisymmetricError, match="elements are folded or left of the axis"):
+        AxisymmetricBody(nodes, quads, steel)
+
+
 @pytest.mark.parametrize("options", [{"yield_stress": 0.0}, {"yield_stress": 1e8, "slope": -1e9}])
 def test_steels_that_are_none_are_refused(options):
     with pytest.raises(AxisymmetricError, match="yield stress|softening"):
