@@ -2,6 +2,7 @@
 every basin that a grid finds."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from geometry.profiles.formats.slices import read_slices
 from geometry.profiles.profile import Profile, ProfileError
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.loft_kernel import RIDGE, SIDE, WIDEST, window
 from geometry.surfaces.lofted_rail import LoftedBody, RailSurface
 from geometry.surfaces.sections import SectionCrossing
 from geometry.wheelset import SIDES, CheckRail, Track, Wheelset, WheelsetError
@@ -87,6 +89,17 @@ def test_a_wheel_in_a_valley_touches_ahead_and_behind(across):
     expected = centre(state) - RADIUS * normal
     assert found.position[np.argsort(found.position[:, 0])] == pytest.approx(expected, abs=1e-9)
     assert found.gap == pytest.approx((centre(state) - [0, MIDDLE, 0]) @ normal.T - RADIUS, abs=1e-9)
+
+
+def test_a_ridge_between_two_stations_is_a_line_or_ends_where_it_does():
+    """Slopes of two stations 1 mm apart; in the second case from 0.3 mm on all belongs to one side."""
+    memory = np.zeros(max(RIDGE, SIDE) + 1)
+    memory[[RIDGE, SIDE]] = 1, 1
+    at = lambda s, there: window.py_func(
+        s, SimpleNamespace(memory=memory, ridges=np.array([[0.0, MM], [0.01, there], [0.0, 0.0], [0.3 * MM, 0.0]]))
+    )
+    assert at(0.2 * MM, 0.03) == pytest.approx((0.014, WIDEST))
+    assert at(0.2 * MM, WIDEST) == (0.01, WIDEST) and at(0.4 * MM, WIDEST) == (WIDEST, WIDEST)
 
 
 @pytest.mark.parametrize("lateral, yaw", [(0.0, 0.0), (6.5 * MM, 0.02), (-11 * MM, -0.03)])
