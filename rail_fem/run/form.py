@@ -136,7 +136,8 @@ def _by_passes(result: PassResult, own: Mapping[str, float]) -> dict[str, dict[s
         answer = solve("rigid_hertz", changed, RigidHertzSettings(**settings))
         return {name: value for name in own if (value := REPORTED[name].of(answer)) == value}
 
-    x = next(value for value in (result.transfer_x, sum(settings.values()) / 2) if value == value)
+    path = result.history["x"]
+    x = result.transfer_x if result.transfer_x == result.transfer_x else float(path[0] + path[-1]) / 2
     try:
         base = run(scene)
     except ValueError:
