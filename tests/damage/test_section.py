@@ -23,7 +23,7 @@ from rail_fem.damage.patch_figure import points_of, shown_pass
 from rail_fem.damage.rolling import LONGEST, tractions
 from rail_fem.damage.section import scattered, sine_positions
 from rail_fem.damage.sites import laws_of, stepping_of, switch_section
-from rail_fem.damage.summary import shortest_block, years_of
+from rail_fem.damage.summary import _seized, shortest_block, years_of
 from rail_fem.damage.wear import worn_area
 from rail_fem.damage.worn_profile import WornOutError, depth_between
 from rail_fem.light.load_sharing import static_equilibrium
@@ -41,6 +41,13 @@ def section():
 @pytest.fixture(scope="module")
 def first_rate(section):
     return section.rate(section.first())
+
+
+def test_what_cells_in_seizure_wear_is_a_share_of_all_wheels_wear():
+    """Three quarters of the wheels wear 4 of which 1 in seizure, the others 8 of which 4: (0.75 + 1) / (3 + 2)."""
+    wheels = [(0.75, [3.0, 1.0], [0.0, 1.0]), (0.25, [4.0, 4.0], [4.0, 0.0])]
+    of = lambda share, all_wear, seized: (share, SimpleNamespace(archard=np.array(all_wear), seized=np.array(seized)))
+    assert _seized([of(*one) for one in wheels]) == pytest.approx(0.35) and _seized([of(1.0, [0.0], [0.0])]) == 0.0
 
 
 def test_the_sine_goes_in_and_out_of_flange_contact(first_rate):
