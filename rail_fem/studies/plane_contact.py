@@ -11,6 +11,7 @@ deviations up to 2.6 %, and Figs. 5-10 to 5-22, in kind: its geometry is known f
 
 from __future__ import annotations
 
+import textwrap
 import time
 from dataclasses import dataclass
 from functools import partial
@@ -19,6 +20,7 @@ from typing import Annotated
 import numpy as np
 import typer
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from scipy.integrate import trapezoid
 
 from bem.material import Elastic
@@ -159,20 +161,22 @@ def table(rows: list[Differences]) -> Table:
 
 def draw(rows: list[Differences]) -> Figure:
     """Pressure profiles of each case, both methods on one axis; below, von Mises stress in the fixed body."""
-    figure = new_figure(9.0)
+    figure = new_figure(7.5)
     for (axis, below), row in zip(figure.subplots(2, len(rows), squeeze=False).T, rows):
         x, pressure, touched = _profile(row.boundary)
         label = "finite elements"
         axis.plot(row.finite.x / MM, row.finite.pressure / 1e6, "o", color=NOSE, ms=4, mfc="none", label=label)
         axis.plot(x / MM, pressure / 1e6, color=TOTAL, lw=1.2, label="boundary elements")
         low, high = touched[[0, -1], 0] / MM
-        axis.set(title=row.case, xlabel="x [mm]", ylabel="pressure [MPa]", xlim=(low - 0.5, high + 0.5), ylim=(0, None))
+        axis.set(title=textwrap.fill(row.case, 14), xlabel="x [mm]", xlim=(low - 0.5, high + 0.5))
+        axis.set(ylabel="pressure [MPa]", ylim=(0, None))
         field = field_below(row.boundary, 0.4 * MM)
         y, z = np.moveaxis(field.points, -1, 0) / MM
         drawn = below.contourf(y, z, field.von_mises / 1e6, 24, cmap="turbo")
-        figure.colorbar(drawn, ax=below, label="von Mises stress [MPa]", location="bottom")
+        figure.colorbar(drawn, ax=below, label="von Mises [MPa]", location="bottom", ticks=MaxNLocator(3))
         below.set(xlabel="y [mm]", ylabel="z [mm]", aspect="equal")
-        axis.legend(loc="lower center", fontsize=9)
+    figure.get_layout_engine().set(rect=(0, 0.07, 1, 0.93))
+    figure.legend(*axis.get_legend_handles_labels(), loc="lower center", ncols=2)
     size = rows[-1].size / MM
     return titled(figure, f"Plane contact, elements of {size:g} mm: boundary elements against finite elements")
 
