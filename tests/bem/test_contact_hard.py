@@ -10,8 +10,9 @@ from bem.plane.boundary import EquilibriumError, TooLargeError
 from bem.plane.contact import LoadError, Settings, solve_contact
 from bem.plane.coulomb import Control, ConvergenceError, solve_step
 from bem.plane.internal import field_at, grid_below
-from bem.plane.outline import OutlineError
-from bem.plane.pairing import PairingError
+from bem.plane.mesh import Sizing, mesh_outline
+from bem.plane.outline import OutlineError, block_behind
+from bem.plane.pairing import PairingError, pair
 from bem.verification.cases import CASES, LOAD, blocks, conformal, non_conformal, two_point
 
 COARSE = Settings(size=0.4e-3)
@@ -34,6 +35,19 @@ def test_the_three_cases_converge(case):
     assert no_slip.last.motion[1] == pytest.approx(fine.last.motion[1], rel=0.002)
     assert not no_slip.warnings
     assert no_slip.force()[1] == pytest.approx(10e6, rel=1e-11)
+
+
+@pytest.mark.parametrize("left, right", [(0.8e-3, 0.4e-3), (0.4e-3, 0.8e-3)])
+def test_a_punch_within_one_element_is_pressed_where_the_node_meets_it(left, right):
+    """At the face's edge, whose node lies within its element: neither end of that has the punch before it, and its
+    force goes to the half of the punch that the node is at."""
+    slave = mesh_outline(block_behind(WIDE / 5, -10e-3), Sizing(4e-3))
+    x = slave.middles[slave.of_edge("face"), 0].max()
+    punch = block_behind(np.array([[x - left, 0.0], [x + right, 0.0]]), 10e-3)
+    master = mesh_outline(punch, Sizing(2e-3))
+    found = pair(slave, "face", master, "face", punch, 1e-3)
+    (pressed,) = np.flatnonzero(found.on_master[: master.densities, 0])
+    assert len(found.nodes) == 1 and abs(master.middles[pressed, 0] - x) < 0.2e-3 < abs(right - left)
 
 
 def test_two_patches_share_the_load_equally():
