@@ -1,4 +1,4 @@
-"""A wheel brought into contact with a rail or a crossing, seen from the contact patch: gaps and slices for the contact
+"""A wheel brought into contact with a rail or a crossing, seen from the contact patch: gaps for the contact
 solvers of `bem`.
 
 The wheel is lowered along z at a given lateral position until it comes into contact. The patch's frame stands at that
@@ -8,7 +8,6 @@ half-space and the slices of `bem` take.
 
     pair = plain_rail_pair()                    # P8 on BS113A, rail 1:20, gauge 1435, back-to-back 1360
     patch = pair.patch(49505.0)                 # of the half-space under a wheel load [N]
-    rail, wheel = pair.slice_profiles(0.0)      # (n, 2) s, h at x' = 0, for a slice
 
 Axes: geometry.axes. Error of the heights: 1e-12 m against the profiles (tests/rail_fem/test_contact_pairs.py).
 """
