@@ -1,8 +1,10 @@
-"""Linear elastic, isotropic material and the modulus of two bodies in contact."""
+"""Linear elastic, isotropic material and the modulus of two bodies in contact; constants of back stresses."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+import numpy as np
 
 from bem.checks import refuse_unless_finite, refuse_unless_positive
 
@@ -80,3 +82,50 @@ class Pair:
     def modulus(self) -> float:
         """Contact modulus E* = G / (1 - nu) [Pa]."""
         return self.shear / (1 - self.poisson)
+
+
+def first_loading(law, strain: np.ndarray) -> np.ndarray:
+    """Stress [Pa] of a first loading from rest of a law with these constants at an equivalent plastic strain, in one
+    direction throughout: Y(p) + sum of min(C / gamma, C (1 - exp(-mu gamma p)) / (mu gamma))."""
+    strain = np.asarray(strain, float)
+    back = np.zeros(strain.shape)
+    for c, gamma, mu in zip(law.modulus, law.recovery, law.mixing, strict=True):
+        free = c * strain if mu * gamma == 0 else -c / (mu * gamma) * np.expm1(-mu * gamma * strain)
+        back = back + (free if gamma == 0 else np.minimum(free, c / gamma))
+    return law.yield_stress - law.hardening * np.expm1(-law.hardening_rate * strain) + back
+
+
+def back_stress_constants(
+    yield_stress: float,
+    modulus: np.ndarray,
+    recovery: np.ndarray,
+    mixing: np.ndarray | float,
+    hardening: float,
+    hardening_rate: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Modulus, recovery and mixing, each (m,), m 0 or more. Errors: MaterialError that names the constant, its value
+    and its limit."""
+    modulus, recovery, given = (np.atleast_1d(np.array(v, float)) for v in (modulus, recovery, mixing))
+    if modulus.ndim != 1 or modulus.shape != recovery.shape:
+        raise MaterialError(
+            f"back stresses: {modulus.size} moduli and {recovery.size} recoveries: give as many of each"
+        )
+    if given.shape not in ((1,), modulus.shape):
+        raise MaterialError(f"{modulus.size} back stresses and {given.size} mixings: give one, or one for each")
+    mixing = np.broadcast_to(given, modulus.shape).copy()
+    refuse_outside("yield_stress", yield_stress, 0, np.inf)
+    refuse_outside("hardening", hardening, -yield_stress, np.inf)
+    refuse_outside("hardening_rate", hardening_rate, 0, np.inf, closed=True)
+    for k in range(modulus.size):
+        refuse_outside(f"modulus {k + 1}", modulus[k], 0, np.inf)
+        refuse_outside(f"recovery {k + 1}", recovery[k], 0, np.inf, closed=True)
+        refuse_outside(f"mixing {k + 1}", mixing[k], 0, 1, closed=True)
+    return modulus, recovery, mixing
+
+
+def refuse_outside(name: str, value: float, low: float, high: float, closed: bool = False) -> None:
+    """Raise MaterialError for a constant that is not finite or not between its limits, which count where closed."""
+    if np.isfinite(value) and (low <= value <= high if closed else low < value < high):
+        return
+    brackets = "[]" if closed else "()"
+    raise MaterialError(f"{name} is {float(value)!r}, must lie in {brackets[0]}{low:g}, {high:g}{brackets[1]}")

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem.material import MaterialError
+from bem.material import MaterialError, back_stress_constants, first_loading
 from kernel_cache import njit
 
 _MOST_TURNS, _MOST_ROOTS = 60, 200
@@ -41,24 +41,13 @@ class NonlinearKinematic:
     hardening_rate: float = 0.0
 
     def __post_init__(self) -> None:
-        modulus, recovery = (np.atleast_1d(np.array(v, float)) for v in (self.modulus, self.recovery))
-        if modulus.ndim != 1 or modulus.shape != recovery.shape or not modulus.size:
-            raise MaterialError(
-                f"back stresses: {modulus.size} moduli, {recovery.size} recoveries: give as many of each, at least one"
-            )
-        given = np.atleast_1d(np.array(self.mixing, float))
-        if given.shape not in ((1,), modulus.shape):
-            raise MaterialError(f"back stresses: {given.size} mixings for {modulus.size} back stresses: one of each")
-        mixing = np.broadcast_to(given, modulus.shape).copy()
-        for name, value in (("modulus", modulus), ("recovery", recovery), ("mixing", mixing)):
+        if not np.size(self.modulus):
+            raise MaterialError("back stresses: give at least one modulus and its recovery")
+        found = back_stress_constants(
+            self.yield_stress, self.modulus, self.recovery, self.mixing, self.hardening, self.hardening_rate
+        )
+        for name, value in zip(("modulus", "recovery", "mixing"), found, strict=True):
             object.__setattr__(self, name, value)
-        _refuse_outside("yield_stress", self.yield_stress, 0, np.inf, above=True)
-        _refuse_outside("hardening", self.hardening, -self.yield_stress, np.inf, above=True)
-        _refuse_outside("hardening_rate", self.hardening_rate, 0, np.inf)
-        for k in range(modulus.size):
-            _refuse_outside(f"modulus {k + 1}", modulus[k], 0, np.inf, above=True)
-            _refuse_outside(f"recovery {k + 1}", recovery[k], 0, np.inf)
-            _refuse_outside(f"mixing {k + 1}", mixing[k], 0, 1)
         strain = np.linspace(0.0, 1.0, 4001)
         stress = self.at(strain)
         if (np.diff(stress) < -1e-9 * self.yield_stress).any():
@@ -84,12 +73,7 @@ class NonlinearKinematic:
 
     def at(self, strain: np.ndarray) -> np.ndarray:
         """Stress [Pa] of a first loading at an equivalent plastic strain."""
-        strain = np.asarray(strain, float)
-        back = np.zeros(strain.shape)
-        for c, gamma, mu in zip(self.modulus, self.recovery, self.mixing, strict=True):
-            free = c * strain if mu * gamma == 0 else -c / (mu * gamma) * np.expm1(-mu * gamma * strain)
-            back = back + (free if gamma == 0 else np.minimum(free, c / gamma))
-        return self.size(strain) + back
+        return first_loading(self, strain)
 
     def moved(self, back: np.ndarray, direction: np.ndarray, grown: np.ndarray) -> np.ndarray:
         """Back stresses (nz, m nc, nx, ny) after the plastic strain has grown by (nz, nx, ny) along unit directions
@@ -104,13 +88,6 @@ class NonlinearKinematic:
                 part *= (c / np.maximum(gamma * size, c))[:, None]
             parts[:, i] = np.where(grown[:, None] > 0, part, parts[:, i])
         return parts.reshape(back.shape)
-
-
-def _refuse_outside(name: str, value: float, low: float, high: float, above: bool = False) -> None:
-    if np.isfinite(value) and low <= value <= high and not (above and value == low):
-        return
-    bracket = "(" if above else "["
-    raise MaterialError(f"back stresses: {name} is {float(value)!r}, must lie in {bracket}{low:g}, {high:g}]")
 
 
 class Constants(NamedTuple):

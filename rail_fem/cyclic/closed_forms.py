@@ -6,8 +6,6 @@ so alpha = s r + (alpha0 - s r) exp(-gamma dp), integrated once.
 
 import numpy as np
 
-from rail_fem.cyclic.law import CyclicLaw
-
 
 def back_stress(modulus: float, recovery: float, start: float, sign: float, plastic: np.ndarray) -> np.ndarray:
     """Back stress [Pa] after the cumulated plastic strain `plastic` of one direction from `start` [Pa]."""
@@ -40,16 +38,3 @@ def ratchet_strain(modulus: float, recovery: float, yield_stress: float, low: fl
         return 0.0
     first, last = low + yield_stress, high - yield_stress
     return float(np.log((bound**2 - first**2) / (bound**2 - last**2)) / recovery)
-
-
-def monotonic_stress(law: CyclicLaw, plastic: np.ndarray) -> np.ndarray:
-    """Stress [Pa] of a first loading from rest at the plastic strain `plastic` (n,), in one direction throughout.
-
-    Y(p) + sum of min(C / gamma, C (1 - exp(-mu gamma p)) / (mu gamma)): what a tensile test of the steel shows.
-    """
-    p = np.asarray(plastic, float)[..., None]
-    recovery = law.mixing * law.recovery
-    grown = np.where(recovery > 0, -np.expm1(-recovery * p) / np.where(recovery > 0, recovery, 1.0), p)
-    bound = np.where(law.recovery > 0, law.modulus / np.where(law.recovery > 0, law.recovery, 1.0), np.inf)
-    isotropic = law.yield_stress - law.hardening * np.expm1(-law.hardening_rate * np.asarray(plastic, float))
-    return isotropic + np.minimum(law.modulus * grown, bound).sum(axis=-1)

@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bem.material import back_stress_constants, refuse_outside
 from kernel_cache import njit
 
 _TOLERANCE, _MOST = 1e-14, 100  # of the plastic strain increment against the elastic one; iterations
@@ -58,39 +59,14 @@ def cyclic_law(
     """A law from Young's modulus [Pa] and Poisson's ratio; no back stress and no hardening: perfectly plastic.
 
     hardening may be negative (cyclic softening) as long as the yield stress stays positive.
-    Errors: ValueError that names the constant, its value and its limit.
+    Errors: MaterialError (a ValueError) that names the constant, its value and its limit.
     """
-    modulus, recovery = np.atleast_1d(np.asarray(modulus, float)), np.atleast_1d(np.asarray(recovery, float))
-    mixing = np.atleast_1d(np.asarray(mixing, float))
-    if mixing.size not in (1, modulus.size):
-        raise ValueError(
-            f"cyclic law: {modulus.size} back stresses and {mixing.size} mixings: give one, or one for each"
-        )
-    mixing = np.broadcast_to(mixing, modulus.shape).copy()
-    if modulus.shape != recovery.shape or modulus.ndim != 1:
-        raise ValueError(f"cyclic law: {modulus.size} moduli and {recovery.size} recoveries: give as many of each")
-    _within("youngs_modulus", youngs_modulus, 0, np.inf, open_below=True)
-    _within("poisson", poisson, -1, 0.5, open_below=True, open_above=True)
-    _within("yield_stress", yield_stress, 0, np.inf, open_below=True)
-    _within("hardening", hardening, -yield_stress, np.inf, open_below=True)
-    _within("hardening_rate", hardening_rate, 0, np.inf)
-    for k in range(modulus.size):
-        _within(f"modulus {k + 1}", modulus[k], 0, np.inf, open_below=True)
-        _within(f"recovery {k + 1}", recovery[k], 0, np.inf)
-        _within(f"mixing {k + 1}", mixing[k], 0, 1)
+    refuse_outside("youngs_modulus", youngs_modulus, 0, np.inf)
+    refuse_outside("poisson", poisson, -1, 0.5)
+    constants = back_stress_constants(yield_stress, modulus, recovery, mixing, hardening, hardening_rate)
     shear = youngs_modulus / (2 * (1 + poisson))
     bulk = youngs_modulus / (3 * (1 - 2 * poisson))
-    return CyclicLaw(
-        shear, bulk, float(yield_stress), float(hardening), float(hardening_rate), modulus, recovery, mixing
-    )
-
-
-def _within(name: str, value: float, low: float, high: float, open_below: bool = False, open_above: bool = False):
-    fits = np.isfinite(value) and low <= value <= high and not (open_below and value == low)
-    if not fits or (open_above and value == high):
-        brackets = "(" if open_below else "[", ")" if open_above or not np.isfinite(high) else "]"
-        inside = f"{brackets[0]}{low:g}, {high:g}{brackets[1]}"
-        raise ValueError(f"cyclic law: {name} is {float(value)!r}, must lie in {inside}")
+    return CyclicLaw(shear, bulk, float(yield_stress), float(hardening), float(hardening_rate), *constants)
 
 
 # One copy inside each caller, of the point as of the element: what two kernels call is the same to the last bit.

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from rail_fem.cyclic.closed_forms import monotonic_stress
+from bem.material import first_loading
 from rail_fem.cyclic.law import CyclicLaw, cyclic_law
 
 # plastic strains at which the curve of a cyclic law is tabulated
@@ -115,7 +115,7 @@ def cyclic_steel(youngs_modulus: float, poisson: float, density: float, **consta
     Errors: ValueError that names the constant; for a law whose first loading softens.
     """
     law = cyclic_law(youngs_modulus, poisson, **constants)
-    curve = monotonic_stress(law, MONOTONIC)
+    curve = first_loading(law, MONOTONIC)
     rising = np.maximum.accumulate(curve)  # a saturated curve falls by round-off
     curve = rising if np.allclose(rising, curve, rtol=1e-9) else curve
     return Steel(youngs_modulus, poisson, density, MONOTONIC, curve, cyclic=law)

@@ -75,7 +75,7 @@ def test_the_tangent_of_a_cyclic_law_is_the_derivative_along_the_flow():
     ("changed", "words"),
     [
         ({"yield_stress": 0.0}, "yield_stress is 0.0"),
-        ({"modulus": [1e9]}, "1 moduli, 2 recoveries"),
+        ({"modulus": [1e9]}, "1 moduli and 2 recoveries"),
         ({"recovery": [-1.0, 2.0]}, "recovery 1 is -1.0"),
         ({"mixing": [0.5, 1.5]}, "mixing 2 is 1.5"),
         ({"modulus": [np.nan, 1e9]}, "modulus 1 is nan"),
