@@ -67,7 +67,7 @@ class CrossingMeshSpec:
     element_size: float
     wing: BodyMeshSpec | None = None
     nose: BodyMeshSpec | None = None
-    base: float = -0.055
+    base: float = -0.110
     growth: float = 1.3
     length: float | None = None
 

@@ -23,7 +23,7 @@ from geometry.profiles.formats.raw import LARGEST_MESH, open_file
 from geometry.surfaces.bodies import CROSSING, REGIONS
 
 CONTACT, BASE = ("contact surface", "contact"), ("base",)
-FARTHEST_SURFACE = 60e-3  # of a crossing's contact surface from rail level [m]
+FARTHEST_SURFACE = 250e-3  # of a crossing's contact surface from rail level, its sides down to the base [m]
 HEXAHEDRON, QUADRILATERAL = 5, 3  # Gmsh's element types
 MSH = (b"$MeshFormat", b"$Comments")  # whatever else a file begins with Gmsh runs as a script, which may call commands
 LOCKING = "linear tetrahedra lock under plastic flow, which keeps its volume"

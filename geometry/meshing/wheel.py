@@ -36,7 +36,7 @@ class WheelMeshSpec:
     bands: tuple[tuple[float, float], ...] = ((-0.038, -0.014), (0.028, 0.052))
     fine_half_length: float = 0.025
     half_angle: float = np.radians(15)
-    rim_depth: float = 0.060
+    rim_depth: float = 0.120
     fine_depth: float = 0.008
     coarse: float = 0.010
     growth: float = 1.3

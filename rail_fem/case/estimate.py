@@ -30,8 +30,9 @@ WHEEL_AREA, WHEEL_LINE = 28.5e-3, 9.8
 CGROUP = "memory.max", "memory.current", "memory.stat", "inactive_file"
 CGROUP_1 = "memory.limit_in_bytes", "memory.usage_in_bytes", "memory.stat", "total_inactive_file"
 END_MARGIN = 0.024  # of the rail beyond start and end
-RAIL_MASS, WHEEL_MASS = 35.0, 14.0  # of the meshes: crossing [kg/m], wheel [kg]
-LIGHTER, FINE = 80.0, 0.8e-3  # read off meshes of 2, 1 and 0.5 mm: 12, 48 and 80
+# Of the meshes over their depth, from 55 and 60 to 110 and 120 mm: crossing [kg/m2], wheel [kg/m]
+RAIL_MASS, WHEEL_MASS = 740.0, 220.0
+LIGHTER, FINE = 110.0, 0.8e-3  # read off meshes of 2, 1 and 0.5 mm: 16, 65 and 110
 
 
 @dataclass(frozen=True)
@@ -89,9 +90,9 @@ def _mass_factor(scene: Scene, settings: FeSettings) -> float:
 
 def _heaviest_factor(scene: Scene, settings: FeSettings) -> float:
     """With which a mesh, all its elements scaled, weighs what its body does."""
-    rail = RAIL_MASS * (abs(settings.end - settings.start) + 2 * END_MARGIN)
+    rail = RAIL_MASS * settings.rail_depth * (abs(settings.end - settings.start) + 2 * END_MARGIN)
     track = scene.foundation.track_mass / rail if settings.track_mass else 1.0
-    return min(track if settings.foundation else float("inf"), scene.vehicle.wheel_unsprung_mass / WHEEL_MASS)
+    return min(track if settings.foundation else float("inf"), scene.vehicle.wheel_unsprung_mass / (WHEEL_MASS * settings.wheel_depth))
 
 
 def _lighter(settings: FeSettings) -> float:

@@ -41,7 +41,13 @@ def mesh_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
 def wheel_spec(path: WheelPath, datum_y: float, settings: FeSettings) -> WheelMeshSpec:
     """The wheel's mesh, fine where the wheel touches on its path; datum_y : where D0 is [m]"""
     bands = wheel_bands(path, datum_y)
-    return WheelMeshSpec(settings.wheel_size, bands=bands, fine_half_length=PATCH_REACH + 4e-3, length=settings.along)
+    return WheelMeshSpec(
+        settings.wheel_size,
+        bands=bands,
+        fine_half_length=PATCH_REACH + 4e-3,
+        rim_depth=settings.wheel_depth,
+        length=settings.along,
+    )
 
 
 def crossing_spec(
@@ -67,7 +73,9 @@ def crossing_spec(
         band = _band(getattr(crossing, f"{name}_section"), point[known, 0], point[known, 1])
         around = (design[0] - PATCH_REACH, design[-1] + PATCH_REACH)
         bodies[name] = BodyMeshSpec((fine[0] - ENDS, fine[1] + ENDS), fine, band, anchor=anchor, design_x=around)
-    return CrossingMeshSpec(settings.element_size, bodies.get("wing"), bodies.get("nose"), length=settings.along)
+    return CrossingMeshSpec(
+        settings.element_size, bodies.get("wing"), bodies.get("nose"), -settings.rail_depth, length=settings.along
+    )
 
 
 def _band(section, x: np.ndarray, y: np.ndarray):

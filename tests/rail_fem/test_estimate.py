@@ -2,6 +2,7 @@ import functools
 import resource
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from geometry.meshing.quality import mesh_quality
@@ -18,12 +19,12 @@ SCENE = make_scene()
 
 
 @functools.cache
-def meshed(size: float, aspect: float):
+def meshed(size: float, aspect: float, **changes):
     """Mesh over the nose transfer; it knows neither speed nor masses."""
     pytest.importorskip("dolfinx")
     running, meshing = pytest.importorskip("rail_fem.fe.running"), pytest.importorskip("rail_fem.fe.meshing")
     case = load_case(ROOT / "cases" / "nose_transfer.toml")
-    change = {"element_size": size, "element_aspect": aspect, "wheel_element_ratio": 1.0}
+    change = {"element_size": size, "element_aspect": aspect, "wheel_element_ratio": 1.0} | changes
     settings = case.runs["fe_full"].model_copy(update=change)
     return meshing.make_mesh(case.scene, settings, running.running_of(case.scene, settings))[0]
 
@@ -76,6 +77,17 @@ def test_the_step_with_heavier_small_elements_is_right_to_a_factor_of_two(size, 
     steels = [getattr(scene.materials, name).steel() for name in ("wing", "nose", "wheel")]
     scaling = choose_scaling(scene, settings, steels, mesh, MPI.COMM_SELF)
     assert 0.5 < critical_step(scene, settings) / (settings.courant * scaling.least_step) < 2
+
+
+def test_bodies_twice_as_deep_are_rigid_there_and_have_a_sixth_more_cells_and_the_same_step():
+    """Sizes grow with depth: as many cells again would lie below the first 55 mm, nearly, at one size."""
+    deep, shallow = meshed(3e-3, 1.0), meshed(3e-3, 1.0, rail_depth=0.055, wheel_depth=0.060)
+    for mesh, depth in ((deep, 0.110), (shallow, 0.055)):
+        rail = mesh.points[np.unique(mesh.cells[mesh.region != 2])]
+        assert rail[:, 2].min() == pytest.approx(-depth, abs=1e-9)
+        assert np.isclose(mesh.points[mesh.clamp, 2], -depth, atol=1e-9).any()
+    assert len(deep.cells) < 7 / 6 * len(shallow.cells)
+    assert mesh_quality(deep).worst_step == pytest.approx(mesh_quality(shallow).worst_step, rel=0.1)
 
 
 def test_two_ranks_take_half_the_time_and_more_memory():

@@ -12,6 +12,8 @@ from geometry.meshing.section.smoothing import Smoother, corner_targets
 
 Made = TypeVar("Made")
 KINDS = ("fine", "strip", "coarse")
+# of the depth below a section's top: what a size may be there, for a field spreads over the depth it has come to
+DEEPER = 0.2
 TRIPLE_LIMIT = 0.85  # three fine sizes over the coarse one up to which the triple ring pays
 
 
@@ -19,7 +21,8 @@ TRIPLE_LIMIT = 0.85  # three fine sizes over the coarse one up to which the trip
 class SectionSizes:
     """Sizes of a section's mesh, lengths in m.
 
-    fine : element size under the band;  depth : of the fine zone;  coarse : largest size far away
+    fine : element size under the band;  depth : of the fine zone;  coarse : largest size above
+        the depth whose share DEEPER it is
     growth : ratio of neighbouring sizes away from the block;  depth_growth : of neighbouring layers in it
     triple_ring : whether sizes triple along the outline in a ring round the block
     """
@@ -30,6 +33,10 @@ class SectionSizes:
     growth: float = 1.3
     depth_growth: float = 1.15
     triple_ring: bool = True
+
+    def largest(self, below: np.ndarray) -> np.ndarray:
+        """Largest size at depths below the section's top (k,) [m]."""
+        return np.maximum(self.coarse, DEEPER * below)
 
 
 def try_sizes(make: Callable[[SectionSizes], Made], fine: float, depth: float, coarse: float, growth: float) -> Made:

@@ -80,12 +80,13 @@ def fill_remainder(
     loops : outer chains of the rings;  elsewhere : the outline's arc lengths on other sections
     Raises MeshError where no division can be filled.
     """
+    largest = float(parts.sizes.largest(np.ptp(parts.curve.points[:, 1])))
     found, errors = [], []
     for factor in FACTORS:
         divided = divide_boundary(parts, loops, factor)
         angles = divided.angles(elsewhere)
         try:
-            points, quads = fill_with_quads(divided.polygon(parts.curve.at), parts.sizes.coarse, angles)
+            points, quads = fill_with_quads(divided.polygon(parts.curve.at), largest, angles)
             found.append((badness(points, quads, angles), divided, points, quads))
         except MeshError as error:
             errors.append(error)
@@ -111,14 +112,16 @@ def divide_boundary(parts: SectionParts, loops: list[np.ndarray], factor: float)
     first = sizes.fine * (3.0 if sizes.triple_ring else 1.0)
     along = np.linspace(0.0, curve.length, 2000)
     distance = np.min([np.abs(along - end) for end in ends], axis=0)
-    size = factor * np.minimum(first + (sizes.growth - 1) * distance, max(sizes.coarse, first))
+    top = curve.points[:, 1].max()
+    largest = np.maximum(sizes.largest(top - curve.at(along)[:, 1]), first)
+    size = factor * np.minimum(first + (sizes.growth - 1) * distance, largest)
     count = np.append(0.0, np.cumsum((along[1] - along[0]) * 0.5 * (1 / size[1:] + 1 / size[:-1])))
     sharp, pieces = curve.arc[curve.sharp_points()], []
     for start, end in zip([0.0] + ends[1::2], ends[0::2] + [curve.length]):
         knots = [start, *sharp[(sharp > start + 0.3 * first) & (sharp < end - 0.3 * first)], end]
         pieces.append(np.concatenate([[start]] + [_divide(along, count, a, b)[1:] for a, b in zip(knots, knots[1:])]))
     left, right = curve.points[0], curve.points[-1]
-    cells = max(2, round(np.linalg.norm(right - left) / (factor * sizes.coarse)))
+    cells = max(2, round(np.linalg.norm(right - left) / (factor * float(sizes.largest(top - left[1])))))
     cells += (cells + sum(len(part) - 1 for part in pieces + loops)) % 2
     return Remainder(parts, loops, pieces, left + np.linspace(0, 1, cells + 1)[1:-1, None] * (right - left))
 
