@@ -1,7 +1,7 @@
 """How heavy the elements of an explicit run may be before their inertia shows: the rules, before anything is meshed.
 
 The steel near a rolling contact deforms quasi-statically: a patch takes some 400 us to pass, a wave some 17 us to cross
-the modelled steel. Density times n makes that wave sqrt(n) times slower and the stable step as much longer. The bodies'
+that steel. Density times n makes that wave sqrt(n) times slower and the stable step as much longer. The bodies'
 rigid masses are not touched: what a mesh gains, its lumped mass gives back (rail_fem.fe.mass_scaling).
 """
 
@@ -10,7 +10,7 @@ from bem.material import Elastic, contact_modulus
 from rail_fem.scene.scene import Scene
 
 TREAD_RADIUS = 0.330  # transverse radius of an EPS (P8) tread at the datum; the casting's top is a plane there
-WAVE_DISTANCE = 0.1  # a wave's path through the modelled steel, the height of the wheel's mesh [m]
+WAVE_DISTANCE = 0.1  # a wave's path through the steel near the contact [m]
 # the largest transit time over the time that a patch takes to pass, with which "auto" is content: the reference case's
 # force history then differs by less than 1.5 % (L2) from the unscaled one
 TRANSIT = 0.25
