@@ -92,7 +92,8 @@ def _heaviest_factor(scene: Scene, settings: FeSettings) -> float:
     """With which a mesh, all its elements scaled, weighs what its body does."""
     rail = RAIL_MASS * settings.rail_depth * (abs(settings.end - settings.start) + 2 * END_MARGIN)
     track = scene.foundation.track_mass / rail if settings.track_mass else 1.0
-    return min(track if settings.foundation else float("inf"), scene.vehicle.wheel_unsprung_mass / (WHEEL_MASS * settings.wheel_depth))
+    wheel = scene.vehicle.wheel_unsprung_mass / (WHEEL_MASS * settings.wheel_depth)
+    return min(track if settings.foundation else float("inf"), wheel)
 
 
 def _lighter(settings: FeSettings) -> float:

@@ -1,7 +1,7 @@
 """How heavy the elements of an explicit run may be before their inertia shows: the rules, before anything is meshed.
 
 The steel near a rolling contact deforms quasi-statically: a patch takes some 400 us to pass, a wave some 17 us to cross
-that steel. Density times n makes that wave sqrt(n) times slower and the stable step as much longer. The bodies'
+100 mm. Density times n makes that wave sqrt(n) times slower and the stable step as much longer. The bodies'
 rigid masses are not touched: what a mesh gains, its lumped mass gives back (rail_fem.fe.mass_scaling).
 """
 
