@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from geometry.meshing.crossing import CrossingMeshSpec
+from geometry.meshing.crossing_mesh import CrossingMeshSpec
 from geometry.meshing.wheel import WheelMeshSpec
 from geometry.profiles.formats.raw import LARGEST_MESH, open_file
 from rail_fem.scene.base import PRINTABLE, input_error
