@@ -24,6 +24,8 @@ VOIGT = ("xx", "yy", "zz", "yz", "xz", "xy")
 # gauge 1435 mm puts the track centre at y = -35 - 717.5 = -752.5 mm; back-to-back 1360 mm puts D0 at -752.5 + 680 + 70.
 GAUGE_FACE_Y = -0.035
 GAUGE_POINT_DEPTH = 0.014
+# below rail level and below the tread datum, from where on meshed bodies are rigid [m]
+RAIL_DEPTH, WHEEL_DEPTH = 0.110, 0.120
 FLANGE_BACK = 0.070  # from the flange back to the tread datum D0 [m]
 
 

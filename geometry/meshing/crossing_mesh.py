@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geometry.axes import RAIL_DEPTH
 from geometry.meshing.axis import graded_line
 from geometry.meshing.band import SIDEWAYS, column_count, lateral_columns, lateral_length, steady_band
 from geometry.meshing.gmsh_process import gmsh_process
@@ -67,7 +68,7 @@ class CrossingMeshSpec:
     element_size: float
     wing: BodyMeshSpec | None = None
     nose: BodyMeshSpec | None = None
-    base: float = -0.110
+    base: float = -RAIL_DEPTH
     growth: float = 1.3
     length: float | None = None
 

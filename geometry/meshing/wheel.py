@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geometry.axes import WHEEL_DEPTH
 from geometry.meshing.axis import graded_line
 from geometry.meshing.band import column_count, lateral_columns, lateral_length
 from geometry.meshing.gmsh_process import gmsh_process
@@ -36,7 +37,7 @@ class WheelMeshSpec:
     bands: tuple[tuple[float, float], ...] = ((-0.038, -0.014), (0.028, 0.052))
     fine_half_length: float = 0.025
     half_angle: float = np.radians(15)
-    rim_depth: float = 0.120
+    rim_depth: float = WHEEL_DEPTH
     fine_depth: float = 0.008
     coarse: float = 0.010
     growth: float = 1.3

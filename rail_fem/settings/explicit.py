@@ -9,8 +9,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from geometry.meshing.crossing_mesh import CrossingMeshSpec
-from geometry.meshing.wheel import WheelMeshSpec
+from geometry.axes import RAIL_DEPTH, WHEEL_DEPTH
 from geometry.profiles.formats.raw import LARGEST_MESH, open_file
 from rail_fem.scene.base import PRINTABLE, input_error
 from rail_fem.scene.scene import Count, Frozen
@@ -44,12 +43,12 @@ class FeSettings(Frozen):
     wheel_element_ratio: Annotated[
         float, Quantity("", 0.25, 4, "element size in the wheel's patch over that of the rails")
     ] = 1.0
-    rail_depth: Annotated[
-        float, Quantity("mm", 40, 250, "depth below rail level at which wing and nose are rigid")
-    ] = -CrossingMeshSpec.base
+    rail_depth: Annotated[float, Quantity("mm", 40, 250, "depth below rail level at which wing and nose are rigid")] = (
+        RAIL_DEPTH
+    )
     wheel_depth: Annotated[
         float, Quantity("mm", 40, 250, "depth below the tread datum at which the wheel is rigid")
-    ] = WheelMeshSpec.rim_depth
+    ] = WHEEL_DEPTH
     start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start")] = COMMON_WINDOW[0]
     end: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the end")] = COMMON_WINDOW[1]
     courant: Annotated[float, Quantity("", 0.05, 0.97, "time step over the critical step")] = 0.9
