@@ -6,7 +6,7 @@ A model is imported only when it is asked for, so the light part runs without do
 import importlib
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -39,15 +39,13 @@ class ModelUnavailable(RuntimeError):
 @dataclass(frozen=True)
 class Model:
     """Where a model lives and what its numerics are called. parallel: runs on all ranks of mpirun;  off : relative,
-    within which nine tenths and all of its forces are of fe_full's in docs/sixteen_cases.md; None: not told there
-    within : reported quantity -> relative, within which its value is of fe_full's in 95 of 100 passes"""
+    within which nine tenths and all of its forces are of fe_full's in docs/sixteen_cases.md; None: not told there"""
 
     module: str
     settings: type[Frozen]
     parallel: bool
     meaning: str
     off: tuple[float, float] | None = None
-    within: Mapping[str, float] = field(default_factory=dict)
 
 
 MODELS: dict[str, Model] = {

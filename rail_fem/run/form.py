@@ -2,8 +2,9 @@
 
 Each simplification is a row of SIMPLIFICATIONS. What a light model can see is measured on the scene itself, by a pass
 of `rigid_hertz` with it and one without, a second each; what none of them sees is kept from passes of `fe_full`
-(cases/rows/form.toml). A light model has a row besides: within what its forces are of those of `fe_full`. The bar is
-the root of the sum of the squares: the simplifications are not each other's.
+(cases/rows/form.toml). A light model has a row besides: within what all of its forces are of those of `fe_full` in the
+sixteen cases of docs/sixteen_cases.md, over the nose. The bar is the root of the sum of the squares: the
+simplifications are not each other's.
 
 Plastic strain has no such bar: no light model resolves it well enough.
 """
@@ -120,8 +121,8 @@ def form(result: PassResult, by_passes: bool = True) -> dict[str, dict[str, floa
     own = {name: REPORTED[name].of(result) for name in (*FORCES, "transfer_x")}
     own = {name: value for name, value in own.items() if value == value}
     shares = {kept.words: kept.shares for kept in KEPT if kept.holds(result.scene)}
-    if within := MODELS[result.model].within:
-        shares[f"{result.model} in place of fe_full"] = within
+    if off := MODELS[result.model].off:
+        shares[f"{result.model} in place of fe_full"] = dict.fromkeys(FORCES, off[1])
     for words, share in shares.items():
         found[words] = {name: share[name] * value for name, value in own.items() if name in share}
     if by_passes and own and result.scene.diverging is None:

@@ -4,6 +4,8 @@ size.
     rail-fem study error-bars --out bars          1.5 mm with its twin of 3 mm, held against 0.75 mm, over the nose
     python -m rail_fem.studies.held_out_bars --sizes 4,2,1 --out bars
 
+The light models' bars beside a finer explicit answer (rail_fem.run.form) are judged by the same finer runs.
+
 A bar holds where the finer run's value lies within it. Asked for: 95 % of the quantities, and bars of at most four
 times the true difference in the median (a bar that is never wrong may say nothing). Runs that are there are not run
 again; bars are computed anew each time, so that a new rule can be judged without any run.
@@ -21,13 +23,15 @@ import typer
 
 from rail_fem.atomic import write_text_atomically
 from rail_fem.case.examples import example
+from rail_fem.hierarchy import MODELS, solve
 from rail_fem.launcher import rank
 from rail_fem.output.error_bars import error_bars
 from rail_fem.output.markdown import markdown_table
-from rail_fem.output.quantities import REPORTED, reported
+from rail_fem.output.quantities import FORCES, REPORTED, reported
 from rail_fem.output.result import PassResult
 from rail_fem.studies.size_series import MODEL, faults_told, read_sizes, run_at
 
+LIGHT = "rigid_hertz", "bem_passage"
 NOSE = "290 mm", "430 mm"  # a worn P8 passes to the nose within this stretch
 SCENES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     "100 mph": ({"scene.speed": "100 mph"}, NOSE),
@@ -124,8 +128,21 @@ def table(found: dict[str, list[Held]]) -> str:
     return "\n".join(markdown_table(head, rows)) + "\n"
 
 
-def held_on(words: str, sizes: Sequence[float], out: Path) -> list[Held]:
-    """One of SCENES, run at the sizes of twin, run and finer run [m]. Collective. Errors: as `run_at`."""
+def held_light(model: str, finer: PassResult) -> list[Held]:
+    """Each force of a light model on the finer run's scene and path, with the bar that holds fe_full's."""
+    window = {name: finer.settings[name] for name in ("start", "end")}
+    own = reported(solve(model, finer.scene, MODELS[model].settings(**window)))
+    there, (_, off) = reported(finer), MODELS[model].off
+    return [
+        Held(name, off * own[name], abs(own[name] - there[name]))
+        for name in FORCES
+        if name in own and name in there and not _told_twice(name, own)
+    ]
+
+
+def held_on(words: str, sizes: Sequence[float], out: Path) -> dict[str, list[Held]]:
+    """One of SCENES, run at the sizes of twin, run and finer run [m]: by model, the light ones beside the finer run.
+    Collective. Errors: as `run_at`."""
     changes, (start, end) = SCENES[words]
     keys = {f"run.{MODEL}.start": start, f"run.{MODEL}.end": end, f"run.{MODEL}.element": "one-point"}
     folder = out / "".join(c for c in words.replace(" ", "_") if c not in ",:")
@@ -133,7 +150,8 @@ def held_on(words: str, sizes: Sequence[float], out: Path) -> list[Held]:
         run_at(example("nose_transfer"), changes | keys, size, folder / f"{size * 1e3:g}mm", lambda line: None)
         for size in sizes
     )
-    return held(result, twin, finer)
+    light = {model: held_light(model, finer) for model in LIGHT} if rank() == 0 else {}
+    return {MODEL: held(result, twin, finer)} | light
 
 
 def main(
@@ -152,7 +170,8 @@ def main(
     with faults_told():
         found = {words: held_on(words, chosen, out) for words in wanted}
     if rank() == 0:
-        text = table(found)
+        by_model = {model: {words: own[model] for words, own in found.items()} for model in (MODEL, *LIGHT)}
+        text = "\n".join(f"{model}\n\n{table(own)}" for model, own in by_model.items())
         write_text_atomically(out / "table.md", text)
         typer.echo(text)
 
