@@ -26,6 +26,7 @@ from rail_fem.settings.light import RigidHertzSettings
 
 ASIDE = 1e-3  # lateral position of the wheelset that nobody knows [m]
 HEIGHT = 0.5e-3  # to which a casting's running surfaces are made and kept; an assumption [m]
+SPACING = 5e-3  # between searches of the surfaces, alike in all of these passes [m]
 # A common panel; none of a published crossing. Halves of bearers under one rail
 PANEL = Bearers(pad_stiffness=200e6, pad_damping=30e3, mass=150.0, ballast_stiffness=100e6, ballast_damping=60e3)
 CASTING = CastingSection(second_moment=7000e-8, mass=200.0, foot_depth=80e-3, start=-0.8, end=2.2)
@@ -131,13 +132,15 @@ def form(result: PassResult, by_passes: bool = True) -> dict[str, dict[str, floa
 
 
 def _by_passes(result: PassResult, own: Mapping[str, float]) -> dict[str, dict[str, float]]:
-    scene, settings = result.scene, {name: result.settings[name] for name in ("start", "end")}
+    scene, path = result.scene, result.history["x"]
+    if not len(path):  # a formula
+        return {}
+    window = {name: result.settings[name] for name in ("start", "end")}
 
     def run(changed: Scene) -> dict[str, float]:
-        answer = solve("rigid_hertz", changed, RigidHertzSettings(**settings))
+        answer = solve("rigid_hertz", changed, RigidHertzSettings(**window, path_spacing=SPACING))
         return {name: value for name in own if (value := REPORTED[name].of(answer)) == value}
 
-    path = result.history["x"]
     x = result.transfer_x if result.transfer_x == result.transfer_x else float(path[0] + path[-1]) / 2
     try:
         base = run(scene)
@@ -151,7 +154,7 @@ def _by_passes(result: PassResult, own: Mapping[str, float]) -> dict[str, dict[s
                 answer = run(better)
             except ValueError:  # a wheel 1 mm aside may leave the crossing
                 continue
-            for name in base.keys() & answer.keys():
+            for name in (name for name in own if name in base and name in answer):
                 change = answer[name] - base[name]
                 if name != "transfer_x":
                     change *= own[name] / base[name]

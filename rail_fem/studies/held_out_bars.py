@@ -132,7 +132,7 @@ def held_light(model: str, finer: PassResult) -> list[Held]:
     """Each force of a light model on the finer run's scene and path, with the bar that holds fe_full's."""
     window = {name: finer.settings[name] for name in ("start", "end")}
     own = reported(solve(model, finer.scene, MODELS[model].settings(**window)))
-    there, (_, off) = reported(finer), MODELS[model].off
+    there, off = reported(finer), (MODELS[model].off or (0.0, 0.0))[1]
     return [
         Held(name, off * own[name], abs(own[name] - there[name]))
         for name in FORCES

@@ -22,6 +22,7 @@ from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.patch_figure import points_of, shown_pass
 from rail_fem.damage.rolling import LONGEST, tractions
 from rail_fem.damage.section import scattered, sine_positions
+from rail_fem.damage.side_by_side import studies_table
 from rail_fem.damage.sites import laws_of, stepping_of, switch_section
 from rail_fem.damage.summary import _seized, shortest_block, years_of
 from rail_fem.damage.wear import worn_area
@@ -421,3 +422,18 @@ def test_a_ridge_has_the_longest_patch_that_fastsim_takes(section):
     patch = tractions(ridge, 0, np.array([1e-3, 0.0, 0.1]), one.rolling)
     assert patch.normal_force == pytest.approx(side.normal_force[0], rel=1e-6) and np.isfinite(patch.slip).all()
     assert patch.grid.dx * patch.grid.nx == pytest.approx(LONGEST * patch.grid.dy * patch.grid.ny)
+
+
+def test_a_finished_study_of_before_stands_beside_others(tmp_path):
+    """Its numbers stood in damage.json itself, not in a part of it."""
+    for name, of_before in (("new", False), ("old", True)):
+        own = {"deepest_by_law": {"archard": 2e-5, "wlrm": 1e-5}, "years": {"to_limit": None}}
+        facts = {"site": "switch", "passes": 100, "law": "archard", "block_error": 0.01}
+        if of_before:
+            facts |= own | {"tgamma": {"largest": 80.0, "largest_at_end": 70.0}}
+        else:
+            facts["bodies"] = {"section": own | {"largest_tgamma": 80.0, "at_end": {"largest_tgamma": 70.0}}}
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "damage.json").write_text(json.dumps(facts))
+    new, old = studies_table([tmp_path / "new", tmp_path / "old"]).splitlines()[2:]
+    assert new.replace("new", "old") == old and " 80, 70 " in old and " 20 " in old

@@ -52,7 +52,7 @@ def test_no_row_of_what_the_scene_has_or_no_ballast_can_give(scene):
 def test_each_row_is_what_the_passes_differ_by(scene, ran):
     result = load(ran[0])
     words = next(words for words in result.form if "aside" in words)
-    window = {name: result.settings[name] for name in ("start", "end")}
+    window = {name: result.settings[name] for name in ("start", "end", "path_spacing")}
     at = lambda gauge: solve("rigid_hertz", scene.replace(gauge=gauge), MODELS["rigid_hertz"].settings(**window))
     base, *others = (at(gauge) for gauge in (1.435, 1.433, 1.437))
     moved = max((other.transfer_x - base.transfer_x for other in others), key=abs)
@@ -80,6 +80,14 @@ def test_a_scene_that_light_models_cannot_run_has_no_such_rows(scene, ran):
     result = load(ran[0])
     curved = result.scene.replace(diverging={})
     assert set(form(replace(result, scene=curved))) == set(form(result, by_passes=False))
+
+
+@pytest.mark.parametrize("model", ["p2_formula", "lumped"])
+def test_a_model_without_bodies_or_path_is_told_what_it_can(scene, model):
+    found = form(solve(model, scene))
+    assert all(
+        name.startswith(("largest_force", "impact", "first", "transfer")) for row in found.values() for name in row
+    )
 
 
 def test_what_light_passes_do_not_see_is_kept_for_the_scenes_it_is_of(ran):
