@@ -6,7 +6,8 @@ to all columns and maximise their likelihood.
 Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), eqs. 2.23, 4.17, 5.9, 5.12.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -15,19 +16,25 @@ from scipy.spatial.distance import cdist
 
 LENGTHS = 0.05, 20.0  # between which a variable's length lies, its bounds 0 and 1 apart
 NUGGETS = 1e-4, 1.0  # of the departure's variance
+FOLDS = 5  # of trials, by which the emulator is judged
 MOST_TO_LEARN = 250  # trials by which lengths and nugget are found; all trials are interpolated
 
 
 @dataclass(frozen=True)
 class Emulator:
     """points (n, k) : trials, variables between their bounds 0 and 1;  weights (n, q), trend (k + 1, q);  lengths (k,);
-    residuals (n, q) : what each trial misses of the others' prediction for it"""
+    residuals (n, q) : what others miss of each trial, NaN if they were not asked"""
 
     points: np.ndarray
     weights: np.ndarray
     trend: np.ndarray
     lengths: np.ndarray
     residuals: np.ndarray
+
+    def only(self, columns: Sequence[int]) -> "Emulator":
+        """Of these columns of the answers."""
+        parts = {name: getattr(self, name)[:, columns] for name in ("weights", "trend", "residuals")}
+        return replace(self, **parts)
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """(m, q)  answers at points (m, k)."""
@@ -44,9 +51,18 @@ def emulator(points: np.ndarray, answers: np.ndarray) -> Emulator:
     start = np.r_[np.zeros(points.shape[1]), np.log(0.1)]
     best = minimize(_cost, start, (points[some], (departure / scale)[some]), jac=True, bounds=bounds)
     lengths, nugget = np.exp(best.x[:-1]), np.exp(best.x[-1])
-    inverse = _inverse(points, lengths, nugget)
-    weights = inverse @ departure
-    return Emulator(points, weights, trend, lengths, weights / np.diag(inverse)[:, None])
+    weights = _inverse(points, lengths, nugget) @ departure
+    return Emulator(points, weights, trend, lengths, np.full_like(answers, np.nan))
+
+
+def judged_emulator(points: np.ndarray, answers: np.ndarray) -> Emulator:
+    """The same with its residuals: each fold of trials by an emulator of the others, whose trend, lengths and nugget
+    know nothing of it."""
+    residuals = np.empty_like(answers)
+    for fold in range(FOLDS):
+        out = np.arange(len(points)) % FOLDS == fold
+        residuals[out] = answers[out] - emulator(points[~out], answers[~out])(points[out])
+    return replace(emulator(points, answers), residuals=residuals)
 
 
 def _linear(points: np.ndarray) -> np.ndarray:

@@ -11,12 +11,22 @@ from scipy.stats import qmc
 
 from rail_fem.design.correction import proven_numbers
 from rail_fem.design.observations import FactGroup
-from rail_fem.design.posterior import LEAST_TRIALS, Known, form_of, interval, known_by_trials, sample, with_proof
+from rail_fem.design.posterior import (
+    LEAST_TRIALS,
+    SAMPLES,
+    Known,
+    form_of,
+    interval,
+    known_by_trials,
+    sample,
+    with_proof,
+)
 from rail_fem.design.problem import DesignError, Problem
 from rail_fem.design.proof import ProofRun
 from rail_fem.design.search import SearchRecord, Trial, numbers_of, rounded
 from rail_fem.stopping import end_with_parent
 
+FOLDS = 8  # of the trials that are spread over the bounds, each found again by the others
 FORMS = np.linspace(0, 1, 25)  # between their bounds, at which a trial is judged
 
 
@@ -109,31 +119,39 @@ def proof_ratios(problem: Problem, runs: Sequence[ProofRun], likely: Trial) -> d
 
 
 def covered(problem: Problem, out: Path, scenes: int, workers: int = 2) -> np.ndarray:
-    """(scenes, k, 3)  whether each unknown of scenes drawn from the prior lies in its 95 % interval, the interval's
-    width over the bounds', and the scene's place between them: facts made by the model itself with all errors that the
-    likelihood counts, inverted by the emulators of the trials that are spread over the bounds."""
-    record, design = SearchRecord(problem, Path(out)), problem.design
-    count = len(design.vary)
-    rng = np.random.default_rng(design.seed)
+    """(scenes, k, 2)  whether each unknown of a known scene lies in its 95 % interval, and the interval's width over
+    that of the bounds.
+
+    The scenes are the first of the trials that are spread over the bounds, their passes by the model itself; each is
+    found again by the emulators of trials of other folds, from facts with all errors that the likelihood counts.
+    """
+    record = SearchRecord(problem, Path(out))
     with ProcessPoolExecutor(workers, initializer=end_with_parent) as pool:
-        trials = _made(record, pool, _spread(problem))
-        truths = _run(_made(record, pool, scaled_back(problem, rng.random((scenes, count)))))
-    found = []
-    for truth in truths:
+        trials = _run(_made(record, pool, _spread(problem)))
+        numbers = np.arange(min(scenes, len(trials)))
+        folds = [numbers[fold::FOLDS] for fold in range(min(FOLDS, len(numbers)))]
+        return np.concatenate(list(pool.map(_found_again, *zip(*((problem, trials, fold) for fold in folds)))))
+
+
+def _found_again(problem: Problem, trials: Sequence[Trial], fold: np.ndarray) -> np.ndarray:
+    """(n, k, 2)  of the trials of these numbers (n,), as `covered`."""
+    design, found = problem.design, []
+    others = [trial for number, trial in enumerate(trials) if (number - fold[0]) % FOLDS]
+    emulated = _known(problem, others, 0)
+    for number in fold:
+        rng, truth = np.random.default_rng([design.seed, number]), trials[number]
         form = float(form_of(rng.random()))
-        printed = [
-            one
-            for group in problem.facts
-            for one in group.drawn(truth.numbers[[problem.columns.index(c) for c in group.columns]], form, rng)
-        ]
-        known = _known(Problem(design, problem.case, tuple(printed)), trials, 0, problem.columns)
-        low, high = interval(sample(known, count, design.seed))[:, :count]
-        at = scaled(problem, truth.values[None])[0]
-        found.append(np.column_stack([(low <= at) & (at <= high), high - low, at]))
+        known = []
+        for one in emulated:
+            columns = [problem.columns.index(column) for column in one.group.columns]
+            known += [one.of(group) for group in one.group.drawn(truth.numbers[columns], form, rng)]
+        low, high = interval(sample(known, len(design.vary), design.seed, SAMPLES // 2))[:, :-1]
+        place = scaled(problem, truth.values[None])[0]
+        found.append(np.column_stack([(low <= place) & (place <= high), high - low]))
     return np.array(found)
 
 
-def _known(problem: Problem, trials: Sequence[Trial], late: int, columns: Sequence[tuple[str, str]] = ()):
+def _known(problem: Problem, trials: Sequence[Trial], late: int) -> list[Known]:
     good = _run(trials)
     if len(good) < LEAST_TRIALS:
         raise DesignError(
@@ -142,7 +160,7 @@ def _known(problem: Problem, trials: Sequence[Trial], late: int, columns: Sequen
         )
     points = scaled(problem, np.array([trial.values for trial in good]))
     numbers = np.array([trial.numbers for trial in good])
-    return known_by_trials(problem.facts, columns or problem.columns, points, numbers, late)
+    return known_by_trials(problem.facts, problem.columns, points, numbers, late)
 
 
 def _spread(problem: Problem) -> np.ndarray:

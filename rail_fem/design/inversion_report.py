@@ -59,7 +59,7 @@ def inversion_report(problem: Problem, found: Inversion) -> str:
 
 def coverage_words(problem: Problem, found: np.ndarray) -> str:
     """Of `covered`: how many unknowns of known scenes lie in their 95 % intervals, and how wide these are."""
-    inside, width, _ = found.transpose(2, 0, 1)
+    inside, width = found.transpose(2, 0, 1)
     lines = [
         f"Scenes of known truth: {len(found)}; {100 * inside.mean():.1f} % of {inside.size} unknowns lie in their 95 %"
         f" intervals, which are {100 * width.mean():.0f} % of the bounds wide.",

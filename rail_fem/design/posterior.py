@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import qmc
 
-from rail_fem.design.emulator import Emulator, emulator
+from rail_fem.design.emulator import Emulator, judged_emulator
 from rail_fem.design.observations import FORM, FactGroup
 
 SAMPLES = 1024
@@ -32,6 +32,11 @@ class Known:
     shift: np.ndarray
     local: np.ndarray  # (trials of the emulator,) whether by them its error is judged
     proven: int = 0
+
+    def of(self, group: FactGroup) -> "Known":
+        """The same of a group of some of its passes."""
+        own = [list(self.group.value).index(name) for name in group.value]
+        return replace(self, group=group, model=self.model.only(own), shift=self.shift[own])
 
     @cached_property
     def error(self) -> np.ndarray:
@@ -68,7 +73,7 @@ def known_by_trials(
     for group in groups:
         own = group.of(numbers[:, [columns.index(column) for column in group.columns]])
         runs = np.isfinite(own).all(axis=1)
-        known.append(Known(group, emulator(points[runs], own[runs]), np.zeros(own.shape[1]), late[runs]))
+        known.append(Known(group, judged_emulator(points[runs], own[runs]), np.zeros(own.shape[1]), late[runs]))
     return known
 
 

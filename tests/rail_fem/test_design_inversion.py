@@ -7,7 +7,7 @@ from scipy.stats import kstest
 from typer.testing import CliRunner
 
 from rail_fem.cli import app
-from rail_fem.design.emulator import _cost, emulator
+from rail_fem.design.emulator import _cost, judged_emulator
 from rail_fem.design.inversion import covered
 from rail_fem.design.observations import FactGroup
 from rail_fem.design.posterior import known_by_trials, sample, with_proof
@@ -86,15 +86,15 @@ def test_lengths_follow_the_slope_of_the_likelihood():
 
 
 def test_an_emulator_knows_its_own_error():
-    """What trials miss of the others' prediction is what new ones miss, within the scatter of a hundred of either,
-    whose largest weigh most."""
+    """What emulators of four fifths of the trials miss of the rest is what that of all misses of new ones, or somewhat
+    more; the scatter of a hundred of either, whose largest weigh most, is within a factor of two."""
     rng = np.random.default_rng(1)
     answer = lambda at: np.column_stack([np.sin(5 * at[:, 0]) * at[:, 1], np.cos(6 * at[:, 2])])
     points, new = rng.random((100, 3)), rng.random((100, 3))
-    found = emulator(points, answer(points))
+    found = judged_emulator(points, answer(points))
     missed = np.sqrt(((found(new) - answer(new)) ** 2).mean(axis=0))
     ratio = missed / np.sqrt((found.residuals**2).mean(axis=0))
-    assert ((ratio > 0.5) & (ratio < 2)).all()
+    assert ((ratio > 0.25) & (ratio < 2)).all()
     assert (missed < 0.15 * answer(new).std(axis=0)).all()
 
 
@@ -152,10 +152,10 @@ def test_a_proof_moves_what_was_not_proven_by_what_is_common():
 
 
 def test_known_scenes_are_found_again(problem, tmp_path):
-    """Twelve scenes of two unknowns, true passes by the model itself. Of 24 unknowns of 95 % intervals at least 20 lie
+    """Twelve scenes of two unknowns, found by the emulators of others. Of 24 unknowns of 95 % intervals at least 20 lie
     inside with a probability of 0.998."""
     found = covered(read_design(problem), tmp_path / "out", 12, workers=1)
-    assert found.shape == (12, 2, 3) and found[..., 0].sum() >= 20
+    assert found.shape == (12, 2, 2) and found[..., 0].sum() >= 20
     assert found[..., 1].mean() < 0.9, "intervals that say nothing"
 
 
