@@ -25,7 +25,7 @@ VOIGT = ("xx", "yy", "zz", "yz", "xz", "xy")
 GAUGE_FACE_Y = -0.035
 GAUGE_POINT_DEPTH = 0.014
 # below rail level and below the tread datum, from where on meshed bodies are rigid [m]
-RAIL_DEPTH, WHEEL_DEPTH = 0.110, 0.120
+RAIL_DEPTH, WHEEL_DEPTH = 0.055, 0.060
 FLANGE_BACK = 0.070  # from the flange back to the tread datum D0 [m]
 
 

@@ -19,6 +19,8 @@ from geometry.meshing.section.quads import check_room, mesh_section
 from geometry.meshing.section.rings import depth_steps, ring_width
 from geometry.meshing.sweep.sweep import sweep
 
+DEEPER_FROM = 0.105  # of a wheel, below its flange's tip, as of a crossing below its top [m]
+
 
 @dataclass(frozen=True)
 class WheelMeshSpec:
@@ -76,7 +78,7 @@ def mesh_wheel(profile, radius: float, spec: WheelMeshSpec) -> HexMesh:
         check_shapes(mesh, "move or narrow the bands, or change the element size")
         return mesh
 
-    return try_sizes(make, spec.element_size, spec.fine_depth, spec.coarse, spec.growth)
+    return try_sizes(make, spec.element_size, spec.fine_depth, spec.coarse, spec.growth, DEEPER_FROM)
 
 
 def check_wheel_bands(profile, radius: float, spec: WheelMeshSpec) -> None:
@@ -89,7 +91,7 @@ def check_wheel_bands(profile, radius: float, spec: WheelMeshSpec) -> None:
         columns = [_columns(curve, band, sizes) for band in spec.bands]
         check_room(curve, [(line[0], line[-1]) for line in columns], ring_width(sizes))
 
-    try_sizes(lay, spec.element_size, spec.fine_depth, spec.coarse, spec.growth)
+    try_sizes(lay, spec.element_size, spec.fine_depth, spec.coarse, spec.growth, DEEPER_FROM)
 
 
 def arc_stations(radius: float, spec: WheelMeshSpec) -> np.ndarray:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from scipy.optimize import brentq
 
+from geometry.axes import RAIL_DEPTH
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.light.track_beam import track_beam
 from rail_fem.output.quantities import FORCES, REPORTED
@@ -87,25 +88,30 @@ SEEN = "impact_on_wheel", "first_impact_on_nose", "largest_force", "largest_forc
 
 @dataclass(frozen=True)
 class KeptShare:
-    """words : as of a Simplification;  holds : whether it is one of a scene;  shares : force -> what it moves by,
-    relative, by passes of fe_full over the nose on 2 mm (cases/rows/form.toml)"""
+    """words : as of a Simplification;  holds : whether it is one of a result;  shares : force -> what it moves by,
+    relative, by passes of fe_full over the nose on 2 mm (cases/rows/form.toml; depths: the same without a window)"""
 
     words: str
-    holds: Callable[[Scene], bool]
+    holds: Callable[[PassResult], bool]
     shares: Mapping[str, float]
 
 
 KEPT = (
     KeptShare(
+        "bodies rigid 55 and 60 mm deep in place of 110 and 120 mm",
+        lambda result: result.settings.get("rail_depth") == RAIL_DEPTH,
+        dict(zip(SEEN, (-0.022, 0.012, -0.006, -0.012, -0.006))),
+    ),
+    KeptShare(
         "one coefficient of friction in place of 0.2 to 0.4",
-        lambda scene: 0.2 <= scene.friction <= 0.4,
+        lambda result: 0.2 <= result.scene.friction <= 0.4,
         dict(zip(SEEN, (0.004, -0.004, -0.003, 0.002, -0.003))),
     ),
     KeptShare(
         "isotropic hardening in place of kinematic",
-        lambda scene: all(
+        lambda result: all(
             steel.hardening == ISOTROPIC and steel.cyclic is None and not steel.is_elastic
-            for steel in scene.materials.steels()[:2]
+            for steel in result.scene.materials.steels()[:2]
         ),
         dict(zip(SEEN, (-0.090, -0.068, -0.145, -0.042, -0.145))),
     ),
@@ -121,7 +127,7 @@ def form(result: PassResult, by_passes: bool = True) -> dict[str, dict[str, floa
     found = {}
     own = {name: REPORTED[name].of(result) for name in (*FORCES, "transfer_x")}
     own = {name: value for name, value in own.items() if value == value}
-    shares = {kept.words: kept.shares for kept in KEPT if kept.holds(result.scene)}
+    shares = {kept.words: kept.shares for kept in KEPT if kept.holds(result)}
     if off := MODELS[result.model].off:
         shares[f"{result.model} in place of fe_full"] = dict.fromkeys(FORCES, off[1])
     for words, share in shares.items():

@@ -84,7 +84,7 @@ def scaled_passage(scene, made, **settings):
 
 @pytest.mark.parametrize(
     ("factor", "elements"),
-    [(1.0, "all"), (7.3, "all"), (19.0, "all"), ("auto", "all"), (7.3, "small"), (100.0, "small"), ("auto", "small")],
+    [(1.0, "all"), (7.3, "all"), (25.0, "all"), ("auto", "all"), (7.3, "small"), (100.0, "small"), ("auto", "small")],
 )
 def test_bodies_weigh_and_turn_as_the_case_says_at_any_mass_scaling(scene, made, factor, elements):
     """The lumped masses give back what the meshes gain; the wheel's rotation has the case's inertia."""
@@ -102,8 +102,7 @@ def test_the_stable_step_grows_with_the_root_of_the_factor(scene, made):
     plain, heavy = (
         scaled_passage(scene, made, mass_scaling=factor, scaled_elements="all").dynamics for factor in (1.0, 16.0)
     )
-    # both rounded down to three digits: 2.15 and 0.539 us
-    assert heavy.stable_step() == pytest.approx(4 * plain.stable_step(), abs=1e-8)
+    assert heavy.stable_step() == pytest.approx(4 * plain.stable_step(), rel=2e-3)
     assert heavy.structure.damping == pytest.approx(4 * plain.structure.damping, rel=2e-3)
 
 
@@ -169,7 +168,7 @@ def test_small_elements_are_as_heavy_as_speed_and_body_allow(scene, made):
     assert 0.98 * GAIN < max(gains) <= GAIN and "of its body" in walking.why
 
 
-@pytest.mark.parametrize(("elements", "factor", "body"), [("all", 60.0, "crossing"), ("small", 1e4, "crossing")])
+@pytest.mark.parametrize(("elements", "factor", "body"), [("all", 60.0, "wheel"), ("small", 1e4, "crossing")])
 def test_a_factor_with_which_a_mesh_outweighs_its_body_is_refused_with_the_largest_that_does_not(
     scene, made, elements, factor, body
 ):
@@ -200,7 +199,7 @@ def test_auto_takes_less_at_higher_speed_and_never_more_than_its_share(scene, ma
 def test_a_body_in_flight_answers_a_force_as_the_unscaled_one(scene, made):
     """The wheel alone, off the rail, under its static load for 200 steps: momentum over mass is weight times time over
     the case's mass, whatever the elements weigh."""
-    for factor in (1.0, 19.0):
+    for factor in (1.0, 25.0):
         passage = scaled_passage(scene, made, mass_scaling=factor)
         d, axle = passage.dynamics, passage.axle
         d.contact = None
@@ -222,8 +221,8 @@ def test_with_a_travelling_window_only_what_moves_in_it_is_held_against_the_body
     base with all others; a factor is possible that would make the whole mesh heavier than its body."""
     light = scene.model_copy(update={"foundation": scene.foundation.model_copy(update={"track_mass": 45.0})})
     with pytest.raises(ValueError, match="mesh of the crossing would weigh"):
-        scaled_passage(light, made, mass_scaling=7.0)
-    passage = scaled_passage(light, made, mass_scaling=7.0, window_ahead=0.02, window_behind=0.02)
+        scaled_passage(light, made, mass_scaling=10.0)
+    passage = scaled_passage(light, made, mass_scaling=10.0, window_ahead=0.02, window_behind=0.02)
     window, mass = passage.dynamics.window, passage.dynamics.structure.mass
     assert passage.crossing.mesh_mass > 45.0 > passage.crossing.moving_mass
     for offset in (0.0, 0.03, 0.06):

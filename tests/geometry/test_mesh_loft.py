@@ -11,7 +11,7 @@ from geometry.meshing.crossing_mesh import BodyMeshSpec, CrossingMeshSpec, mesh_
 from geometry.meshing.hexmesh import FoldedCellError, MeshError, boundary_faces
 from geometry.meshing.quality import cell_volume, mesh_quality
 from geometry.meshing.section.curve import cut_at_base
-from geometry.meshing.section.parts import DEEPER
+from geometry.meshing.section.parts import DEEPER, DEEPER_FROM
 from geometry.profiles.rail import rail_head
 from geometry.surfaces.crossing import CastCrossing, CrossingError
 from tests.geometry.mesh_checks import check_mesh
@@ -177,7 +177,7 @@ def test_asked_size_is_found_under_the_band_and_grades_away(rail):
     means = [level.mean() for level in levels]
     assert means[0] < 1.6 * size**3 and means[0] < means[1] < means[2]
     below = mesh.points[:, 2].max() - cell[:, 2]
-    assert (np.ptp(corner, axis=1).max(axis=1) < 2.2 * np.maximum(8 * MM, DEEPER * below)).all()
+    assert (np.ptp(corner, axis=1).max(axis=1) < 2.2 * (8 * MM + DEEPER * np.maximum(below - DEEPER_FROM, 0))).all()
 
 
 @pytest.mark.parametrize("anchor", [None, 1 * MM])

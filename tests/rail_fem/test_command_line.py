@@ -91,9 +91,9 @@ def test_exit_codes_are_those_that_the_help_names(case, tmp_path):
     assert all(f"| {code} |" in documented for code in EXIT_CODES)
     call("list", code=0)
     fails = case.parent / "fails.toml"
-    window = '[run.lumped]\nstart = "300 mm"\nend = "2900 mm"\n'
-    fails.write_text(case.read_text(encoding="utf-8").partition("[run.")[0] + window, encoding="utf-8")
-    failed = call("run", fails, "--out", tmp_path / "run", "--json", code=1)
+    steps = '[run.lumped]\ntime_step = "0.01 us"\n'  # more of them than are taken
+    fails.write_text(case.read_text(encoding="utf-8").partition("[run.")[0] + steps, encoding="utf-8")
+    failed = call("run", fails, "--set", "scene.speed=1 mph", "--out", tmp_path / "run", "--json", code=1)
     assert "the run failed" in failed.stderr and strict(failed.stdout)["fault"]
     refused = call("check", case, "--set", "scene.sped=1 mph", "--json", code=2)
     assert strict(refused.stdout) == {"fault": refused.stderr.rstrip("\n"), "exit_code": 2}

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from geometry.axes import RAIL_DEPTH
 from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.hierarchy import MODELS, solve
@@ -95,6 +96,8 @@ def test_what_light_passes_do_not_see_is_kept_for_the_scenes_it_is_of(ran):
     kinematic = {"grade": "Mn13", "hardening": "kinematic"}
     hard = result.scene.replace(friction=0.5, materials={"wing": kinematic, "nose": kinematic})
     assert len(form(result, by_passes=False)) == 3
+    deep, shallow = (replace(result, model="fe_full", settings={"rail_depth": depth}) for depth in (0.110, RAIL_DEPTH))
+    assert len(form(deep, by_passes=False)) == 2 and len(form(shallow, by_passes=False)) == 3
     (alone,) = form(replace(result, scene=hard), by_passes=False).values()
     off = MODELS["rigid_hertz"].off[1]
     assert alone["impact_on_wheel"] == pytest.approx(off * result.peaks["impact_on_wheel"].value)

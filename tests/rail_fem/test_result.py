@@ -152,7 +152,7 @@ def test_a_first_impact_of_an_older_result_is_named_for_its_body_beside_the_whee
     assert stated_peaks(found)["impact_on_wheel"].value == pytest.approx(2e5, rel=1e-6)
     assert found.error_bars == {name: 3e3} and found.passes == ({name: 1e5},)
     assert REPORTED["impact_on_wheel"].of(found) == MEASURES["impact on the wheel"].of(found) == peak(found, *IMPACT)
-    assert forces_of(found, ("wing", "nose")).startswith("200.0, 120.0 +- 3.0; ")
+    assert forces_of(found, ("wing", "nose")).startswith("200.0, 120.0±3.0; ")
 
 
 def test_the_peaks_of_a_history_are_found_once_for_all_reported_forces(monkeypatch):

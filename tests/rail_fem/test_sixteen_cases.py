@@ -48,8 +48,14 @@ def page(request) -> Page:
     return Page(path, path.read_text(encoding="utf-8"), source, tables, parts)
 
 
-@OLD_PAGE
-def test_it_holds_every_case_trend_and_reason(page):
+@pytest.fixture
+def anew(page, request) -> None:
+    """A page that is still to be made anew is expected to fail, and to say so as soon as it is not."""
+    if page.path.stem == "sixteen_whole":
+        request.applymarker(OLD_PAGE)
+
+
+def test_it_holds_every_case_trend_and_reason(page, anew):
     text, source = page.text, page.source
     assert len(CASES) == 16 and all(text.count(f"\n| {case.stem} |") == page.tables for case in CASES)
     for trend in (trend for group in source.group for trend in group.trend):
@@ -64,8 +70,7 @@ def test_it_holds_every_case_trend_and_reason(page):
         assert f"\n| {figure} |" in text
 
 
-@OLD_PAGE
-def test_it_and_all_its_runs_are_of_one_committed_state(page):
+def test_it_and_all_its_runs_are_of_one_committed_state(page, anew):
     assert re.search(r"^All runs at commit [0-9a-f]{12}\.$", page.text, re.MULTILINE) and "-dirty" not in page.text
 
 
@@ -83,9 +88,8 @@ def test_its_figures_lie_beside_it_and_are_small(page):
     assert page.path.stat().st_size + sum((page.path.parent / name).stat().st_size for name in names) < 600_000
 
 
-@OLD_PAGE
 @pytest.mark.parametrize("case", CASES[1::7], ids=lambda case: case.stem)
-def test_its_numbers_are_those_of_the_program(page, case):
+def test_its_numbers_are_those_of_the_program(page, case, anew):
     """The light models, as they are printed."""
     found = load_case(case, page.source.of(case.stem))
     row, *others = (line for line in page.text.splitlines() if line.startswith(f"| {case.stem} |"))

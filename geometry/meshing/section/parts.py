@@ -12,8 +12,9 @@ from geometry.meshing.section.smoothing import Smoother, corner_targets
 
 Made = TypeVar("Made")
 KINDS = ("fine", "strip", "coarse")
-# of the depth below a section's top: what a size may be there, for a field spreads over the depth it has come to
-DEEPER = 0.2
+# below this depth of a crossing's section [m] sizes may grow by a share of what lies deeper: a field spreads over the
+# depth it has come to
+DEEPER_FROM, DEEPER = 0.065, 0.2
 TRIPLE_LIMIT = 0.85  # three fine sizes over the coarse one up to which the triple ring pays
 
 
@@ -21,8 +22,8 @@ TRIPLE_LIMIT = 0.85  # three fine sizes over the coarse one up to which the trip
 class SectionSizes:
     """Sizes of a section's mesh, lengths in m.
 
-    fine : element size under the band;  depth : of the fine zone;  coarse : largest size above
-        the depth whose share DEEPER it is
+    fine : element size under the band;  depth : of the fine zone;  coarse : largest size down to
+        deeper_from [m] below the section's top
     growth : ratio of neighbouring sizes away from the block;  depth_growth : of neighbouring layers in it
     triple_ring : whether sizes triple along the outline in a ring round the block
     """
@@ -33,13 +34,21 @@ class SectionSizes:
     growth: float = 1.3
     depth_growth: float = 1.15
     triple_ring: bool = True
+    deeper_from: float = DEEPER_FROM
 
     def largest(self, below: np.ndarray) -> np.ndarray:
         """Largest size at depths below the section's top (k,) [m]."""
-        return np.maximum(self.coarse, DEEPER * below)
+        return self.coarse + DEEPER * np.maximum(below - self.deeper_from, 0.0)
 
 
-def try_sizes(make: Callable[[SectionSizes], Made], fine: float, depth: float, coarse: float, growth: float) -> Made:
+def try_sizes(
+    make: Callable[[SectionSizes], Made],
+    fine: float,
+    depth: float,
+    coarse: float,
+    growth: float,
+    deeper_from: float = DEEPER_FROM,
+) -> Made:
     """What `make` makes with the triple ring where that pays, or without it where it fails or does not pay; lengths in
     m.
 
@@ -48,7 +57,7 @@ def try_sizes(make: Callable[[SectionSizes], Made], fine: float, depth: float, c
     errors = []
     for triple_ring in (True, False) if 3 * fine <= TRIPLE_LIMIT * coarse else (False,):
         try:
-            return make(SectionSizes(fine, depth, coarse, growth, triple_ring=triple_ring))
+            return make(SectionSizes(fine, depth, coarse, growth, triple_ring=triple_ring, deeper_from=deeper_from))
         except MeshError as error:
             errors.append(error)
     raise errors[0]
