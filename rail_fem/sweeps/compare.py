@@ -172,17 +172,21 @@ class Comparison:
         """Relative; 0 for the reference itself, NaN where not resolved."""
         return QUANTITIES[quantity].error(result, self.reference)
 
-    def bar(self, quantity: str) -> float:
-        """The reference's own error bar, relative to its value; 0 where it claims none."""
+    def _reported(self, quantity: str) -> str:
+        """Under what name of REPORTED the reference has it; "" where it has not."""
         measure = QUANTITIES[quantity]
         name = measure.reported or next((name for name in measure.forces if name in self.reference.peaks), "")
+        return name if name in REPORTED else ""
+
+    def bar(self, quantity: str) -> float:
+        """The reference's own error bar, relative to its value; 0 where it claims none."""
+        name = self._reported(quantity)
         bar = self.reference.error_bars.get(name, 0.0)
         return bar / abs(REPORTED[name].of(self.reference)) if bar else 0.0
 
     def form(self, quantity: str) -> float:
         """By what share of its value the reference's form moves a quantity; NaN where nothing is claimed."""
-        measure = QUANTITIES[quantity]
-        name = next((name for name in (measure.reported, *measure.forces) if name in REPORTED), "")
+        name = self._reported(quantity)
         return abs(self.reference.form_bar(name) / REPORTED[name].of(self.reference)) if name else NAN
 
     def least_expensive_within(self, limit: float, quantity: str) -> int | None:

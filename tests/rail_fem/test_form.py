@@ -11,11 +11,11 @@ from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.light.track_beam import track_beam
-from rail_fem.output.result import load
+from rail_fem.output.result import Peak, load
 from rail_fem.run.form import SIMPLIFICATIONS, form, on_bearers
 from rail_fem.run.job import run_case
 from rail_fem.scene.wheel_body import WheelBody
-from rail_fem.sweeps.compare import Comparison, advice
+from rail_fem.sweeps.compare import SHARE, Comparison, advice
 
 WINDOW = {"start": "250 mm", "end": "420 mm", "path_spacing": "5 mm"}
 
@@ -81,6 +81,14 @@ def test_a_scene_that_light_models_cannot_run_has_no_such_rows(scene, ran):
     result = load(ran[0])
     curved = result.scene.replace(diverging={})
     assert set(form(replace(result, scene=curved))) == set(form(result, by_passes=False))
+
+
+def test_a_comparison_tells_the_form_of_the_body_that_takes_over(ran):
+    """Trailing, the wing; the bar of elements is that body's, too."""
+    name, result = "first_impact_on_wing", load(ran[0])
+    trailing = replace(result, peaks={name: Peak(2e5, "N", x=0.3)}, form={"one": {name: 3e4}}, error_bars={name: 1e4})
+    found = Comparison(trailing, (trailing,), ("own",))
+    assert (found.bar(SHARE), found.form(SHARE)) == pytest.approx((0.05, 0.15))
 
 
 @pytest.mark.parametrize("model", ["p2_formula", "lumped"])
