@@ -109,7 +109,7 @@ def _invert(
     problem: "Problem", out: Path, workers: int, prove: int, settings: dict[str, Any], ranks: int, scenes: int
 ) -> None:
     """Invert, prove the most likely scene where asked for, and try scenes of known truth."""
-    from rail_fem.design.inversion import covered, invert
+    from rail_fem.design.inversion import covered, invert, proved
     from rail_fem.design.inversion_report import coverage_words, write_inversion
     from rail_fem.design.proof import ProvenShape, prove_design
 
@@ -117,7 +117,7 @@ def _invert(
     if prove:
         shape = ProvenShape("likely", "most likely", found.likely)
         runs = prove_design(problem, [shape], out, settings=settings, ranks=ranks, say=tell)
-        found = invert(problem, out, workers, say, runs)
+        found = proved(problem, found, runs)
     say("\n" + write_inversion(problem, found, out))
     if scenes:
         say(coverage_words(problem, covered(problem, out, scenes, workers)))

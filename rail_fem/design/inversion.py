@@ -3,7 +3,7 @@ of the unknowns."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -33,15 +33,15 @@ FORMS = np.linspace(0, 1, 25)  # between their bounds, at which a trial is judge
 @dataclass(frozen=True)
 class Inversion:
     """known : facts and emulators;  samples (m, k + 1) : of the posterior, unknowns and error of form between their
-    bounds 0 and 1;  start : the case as it is;  likely : the trial that the facts make most likely;  without (g, k + 1,
-    2) : mean and standard deviation of each unknown with one group of facts left out;  trials : how many, those that
+    bounds 0 and 1;  without (g, k + 1, 2) : mean and standard deviation of each unknown with one group of facts left
+    out;  start : the case as it is;  likely : the trial that the facts make most likely;  trials : how many, those that
     could not be run"""
 
     known: list[Known]
     samples: np.ndarray
+    without: np.ndarray
     start: Trial
     likely: Trial
-    without: np.ndarray
     trials: tuple[int, int]
 
     @property
@@ -50,14 +50,9 @@ class Inversion:
         return interval(self.samples)
 
 
-def invert(
-    problem: Problem, out: Path, workers: int = 2, say: Callable[[str], None] = print, proofs: Sequence[ProofRun] = ()
-) -> Inversion:
-    """Make the trials, or go on with them, and judge them.
-
-    proofs : runs of the explicit model of the scene that was most likely without them
-    Errors: DesignError where too few trials can be run, or `out` holds another search.
-    """
+def invert(problem: Problem, out: Path, workers: int = 2, say: Callable[[str], None] = print) -> Inversion:
+    """Make the trials, or go on with them, and judge them. Errors: DesignError where too few trials can be run, or
+    `out` holds another search."""
     record, design = SearchRecord(problem, Path(out)), problem.design
     with ProcessPoolExecutor(workers, initializer=end_with_parent) as pool:
         start = record.start(lambda points: list(pool.map(numbers_of, [problem] * len(points), points)))
@@ -74,12 +69,23 @@ def invert(
             trials = trials + _made(record, pool, np.array([design.guessed]))
     known = _known(problem, trials, late)
     likely = max(_run(trials), key=lambda trial: likelihood(problem, trial))
-    if proofs:
-        known = with_proof(known, proof_ratios(problem, proofs, likely))
-    samples = sample(known, len(design.vary), design.seed)
-    left_out = [sample([*known[:k], *known[k + 1 :]], len(design.vary), design.seed) for k in range(len(known))]
+    counts = len(trials), len(trials) - len(_run(trials))
+    return Inversion(known, *_sampled(problem, known), start, likely, counts)
+
+
+def proved(problem: Problem, found: Inversion, proofs: Sequence[ProofRun]) -> Inversion:
+    """The same trials corrected by runs of the explicit model of their most likely scene."""
+    known = with_proof(found.known, proof_ratios(problem, proofs, found.likely))
+    samples, without = _sampled(problem, known)
+    return replace(found, known=known, samples=samples, without=without)
+
+
+def _sampled(problem: Problem, known: list[Known]) -> tuple[np.ndarray, np.ndarray]:
+    """Samples of the posterior, and its `Inversion.without`."""
+    count, seed = len(problem.design.vary), problem.design.seed
+    left_out = [sample([*known[:k], *known[k + 1 :]], count, seed) for k in range(len(known))]
     without = np.array([np.column_stack([own.mean(axis=0), own.std(axis=0)]) for own in left_out])
-    return Inversion(known, samples, start, likely, without, (len(trials), len(trials) - len(_run(trials))))
+    return sample(known, count, seed), without
 
 
 def scaled(problem: Problem, values: np.ndarray) -> np.ndarray:
