@@ -20,17 +20,20 @@ FORCES = {
     "largest_force_wing": "largest force on the wing rail",
     "largest_force_nose": "largest force on the nose",
 }
-STRAIN = {
+MEANS = {
     "worst_10": "mean plastic strain of the worst 10 mm3",
     "worst_100": "mean plastic strain of the worst 100 mm3",
     "worst_1000": "mean plastic strain of the worst 1000 mm3",
     "block": "mean plastic strain of the worst 5 x 5 x 3 mm",
+}
+VOLUMES = {
     "integral": "plastic strain integrated over the volume",
     "volume_1": "volume with more than 1 % plastic strain",
     "volume_3": "volume with more than 3 % plastic strain",
     "volume_5": "volume with more than 5 % plastic strain",
     "volume_10": "volume with more than 10 % plastic strain",
 }
+STRAIN = MEANS | VOLUMES
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ REPORTED: dict[str, ReportedQuantity] = {
     ),
     "transfer_x": ReportedQuantity("m", "transfer", lambda result: result.transfer_x),
     **{
-        f"{name}_{body}": ReportedQuantity("1" if "mean" in words else "m^3", f"{words}, {body}", _strain(body, name))
+        f"{name}_{body}": ReportedQuantity("1" if name in MEANS else "m^3", f"{words}, {body}", _strain(body, name))
         for body in BODIES
         for name, words in STRAIN.items()
     },

@@ -31,7 +31,7 @@ SWITCH: Final = "switch"
 CAST_KEYS = tuple(field.name for field in fields(CastCrossing))
 # Shapes of the leg that had names, fitted to a flight that the thesis prints without a place (section 7.4)
 FORMER_LEGS = {"fitted": ("322.184 mm", 0.652113, "1.13683 mm"), "fitted-explicit": ("271 mm", 0.838, "1.217 mm")}
-# by name: keys of the parametric crossing; cases/design/casting.toml has found them, docs/leg.md says how well
+# by name: keys of the parametric crossing; cases/design/casting.toml has found them, docs/crossings.md says how well
 NAMED_CASTINGS = {
     "thesis-fit": {
         "wing_raise": "-2.5 mm",

@@ -5,6 +5,7 @@ import pytest
 
 from geometry.path.wheel_path import wheel_path
 from geometry.profiles.wheel import wheel_profile
+from geometry.surfaces.joint import Joint
 from geometry.surfaces.switch import Switch
 from geometry.surfaces.switch_rails import switch_rails
 from rail_fem.models import rigid_hertz
@@ -47,3 +48,9 @@ def test_a_wheel_passes_from_stock_rail_to_switch_rail_with_a_small_impact(scene
     assert found[1].peaks["first_impact_on_nose"].value == pytest.approx(first.value, rel=1e-3)
     behind = found[0].history["x"] > 3.0
     assert not found[0].history["force_wing"][behind].any()
+
+
+def test_defaults_of_switch_and_joint_are_those_of_their_surfaces():
+    """Told a second time, so that a scene of neither loads neither."""
+    assert Crossing(family="switch").switch_radius == Switch.radius
+    assert Crossing.model_fields["dip_bend"].default == Joint.bend
