@@ -166,7 +166,7 @@ def report(
         typer.Option(help="instead: this one Markdown file, with the figures named by --show beside it, small"),
     ] = None,
     beside: Annotated[
-        Path | None, typer.Option(help="folder of another sweep of the same cases, for a table of both")
+        Path | None, typer.Option(help="another sweep of these cases, changed or not: its scene, trends and forces")
     ] = None,
     settings: SetOption = None,
     show: Annotated[

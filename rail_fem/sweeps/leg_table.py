@@ -7,7 +7,8 @@ from rail_fem.hierarchy import MODELS
 from rail_fem.output.events import leg_flight
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
-from rail_fem.sweeps.sweep_report import FORCES, Results, forces_of, shown
+from rail_fem.output.runfolder import differences
+from rail_fem.sweeps.sweep_report import FORCES, Results, forces_of, parts_of, shown
 from rail_fem.sweeps.trends import MEASURES, Published
 
 
@@ -64,20 +65,37 @@ def leg_strain(result: PassResult) -> str:
     return f"{'; '.join(words)}; {100 * largest['maximum']:.1f} at {1e3 * largest['position'][0]:.0f}"
 
 
-def beside_table(results: Results, others: Results) -> list[str]:
-    """Markdown: what both sweeps have of a case, by the most expensive model that both have run."""
+def beside_table(results: Results, others: Results, rows: tuple[Published, ...] = ()) -> list[str]:
+    """Markdown: what a source gives of a case (`rows`) and what both sweeps have of it, by the most expensive model
+    that both have run."""
     table = []
+    parts, published = parts_of(results), {row.case: row for row in rows}
     for case, of_case in results.items():
         common = [model for model in MODELS if model in of_case and model in others.get(case, {})]
         if not common:
             continue
-        model, parts = common[-1], ("wing", "nose")
-        row = [case, model]
-        for result in (of_case[model], others[case][model]):
+        row = [case, common[-1], *([printed_forces(published.get(case), parts)] if published else [])]
+        for result in (of_case[common[-1]], others[case][common[-1]]):
             row += [forces_of(result, parts), transfer_words(result)]
         table.append(row)
-    columns = [f"{FORCES} wing/nose [kN]", "transfer x [mm]"]
-    return markdown_table(["case", "model", *columns, *(f"{name}, beside" for name in columns)], table) if table else []
+    columns = [f"{FORCES} {'/'.join(parts)} [kN]", "transfer x [mm]"]
+    head = ["case", "model", *([f"published: largest on {'/'.join(parts)} [kN]"] if published else []), *columns]
+    return markdown_table([*head, *(f"{name}, beside" for name in columns)], table) if table else []
+
+
+def printed_forces(row: Published | None, parts: tuple[str, ...]) -> str:
+    """What a source gives for the largest force on each part [kN]."""
+    given = {} if row is None else {"leg": row.leg_force, "nose": row.peak}
+    return "/".join("-" if given.get(part) is None else f"{given[part]:g}" for part in parts)
+
+
+def scenes_apart(results: Results, others: Results) -> str:
+    """What the scenes of another sweep have otherwise, in every case of both; "" where they are the same."""
+    both = [(results[case], others[case]) for case in results if case in others]
+    scene = lambda of_case: next(iter(of_case.values())).scene.plain()
+    apart = [differences(scene(theirs), scene(ours)) for ours, theirs in both]
+    common = [line for line in apart[0] if all(line in lines for lines in apart)] if apart else []
+    return "; ".join(line.replace(" in this case (SI)", " here") for line in common)
 
 
 def transfer_words(result: PassResult) -> str:

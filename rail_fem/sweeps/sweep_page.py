@@ -23,7 +23,7 @@ from rail_fem.show.reference import dip_figure, forces_figure
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds
 from rail_fem.sweeps.group_figure import Marks, group_figure, strain_figure, summary_figure
-from rail_fem.sweeps.leg_table import beside_table, leg_table
+from rail_fem.sweeps.leg_table import beside_table, leg_table, scenes_apart
 from rail_fem.sweeps.published_table import published_table
 from rail_fem.sweeps.sweep_report import Results, force_table, parts_of, results_below
 from rail_fem.sweeps.trend_words import count_lines, trend_lines
@@ -83,13 +83,14 @@ class Sweep:
 def read_sweep(
     folder: Path | str, groups: Path | str, beside: Path | str | None = None, settings: Mapping[str, Any] | None = None
 ) -> Sweep:
-    """beside : folder of another sweep of the same cases;  settings : values that the sweep was given in place of the
-    files' and the groups'. Errors: TrendError, CaseError, FileNotFoundError without results."""
+    """beside : folder of another sweep of the same cases, their scenes changed or not;  settings : values that the
+    sweep was given in place of the files' and the groups'. Errors: TrendError, CaseError, FileNotFoundError without
+    results."""
     folder, groups, settings = Path(folder), Path(groups), dict(settings or {})
     beside = None if beside is None else Path(beside)
     source = load_source(groups).with_settings(settings)
     results, unusable = results_below(folder, groups.parent, source)
-    others, unfit = ({}, []) if beside is None else results_below(beside, groups.parent)
+    others, unfit = ({}, []) if beside is None else results_below(beside)
     return Sweep(folder, groups, source, results, unusable + unfit, beside, others, settings)
 
 
@@ -175,13 +176,24 @@ def page_lines(sweep: Sweep, how: str) -> list[str]:
     tables = {
         "P2 force: published, by formula, and the peaks of the models": published_table(source.published, results),
         "The leg: published, and by every model": leg_table(source.published, results),
-        f"Beside {sweep.beside}: the same cases on another path": beside_table(results, sweep.others),
+        f"Beside {sweep.beside}": beside_lines(sweep),
     }
     for title, table in tables.items():
         lines += [f"## {title}", "", *table, ""] if table else []
     for group in source.group:
-        lines += [f"## {group.title}", "", *trend_lines(group, results, groups.parent, source), ""]
+        lines += [f"## {group.title}", "", *trend_lines(group, results, groups.parent, source, sweep.others), ""]
     return lines
+
+
+def beside_lines(sweep: Sweep) -> list[str]:
+    """The other sweep of the same cases: how its scenes differ, its trends counted, the forces of both; nothing without
+    it."""
+    table = beside_table(sweep.results, sweep.others, sweep.source.published)
+    if not table:
+        return []
+    apart = scenes_apart(sweep.results, sweep.others) or "the same scenes"
+    said = [f"Common to all its cases: {apart}.", *state_lines(sweep.others), *cost_lines(sweep.others)]
+    return [" ".join(said), "", *count_lines(sweep.source.group, sweep.others), "", *table]
 
 
 def state_lines(results: Results) -> list[str]:

@@ -8,16 +8,20 @@ from rail_fem.sweeps.controls import AS_IT_IS, control_words
 from rail_fem.sweeps.trends import MEASURES, CaseChanges, Group, Results, TrendFinding, check
 
 
-def trend_lines(group: Group, results: Results, cases: Path, swept: CaseChanges = AS_IT_IS) -> list[str]:
+def trend_lines(
+    group: Group, results: Results, cases: Path, swept: CaseChanges = AS_IT_IS, beside: Results | None = None
+) -> list[str]:
     """Markdown of a group's trends. cases : folder of the case files, for the controls;  swept : what was changed in
-    them."""
+    them;  beside : of another sweep of the cases, whose most expensive model is told as well"""
     lines = []
     for trend in group.trend:
         found = check(trend, results)
         lines.append(
             f"- **{trend.says}** ({trend.statement})" + (f"; published: {trend.published}" if trend.published else "")
         )
-        lines += [f"  - {words}" for words in finding_words(found, MEASURES[trend.quantity].unit)]
+        unit = MEASURES[trend.quantity].unit
+        lines += [f"  - {words}" for words in finding_words(found, unit)]
+        lines += [f"  - beside: {there[-1].words(unit)}"] if (there := check(trend, beside or {})) else []
         lines += [f"  - {word} because: {trend.because}"] if trend.because and (word := reason_word(found)) else []
         lines += [f"  - control: {control_words(control, trend, cases, swept)}" for control in trend.control]
     return lines

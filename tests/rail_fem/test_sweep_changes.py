@@ -158,8 +158,11 @@ def test_the_page_of_such_a_sweep_has_the_leg_in_its_tables(tmp_path):
     assert "impact on the wheel, first on the body taking over; largest on leg/wing/nose [kN]" in head
     assert "| 130.0, 120.0; 300.0/110.0/110.0 |" in row
     other = over_the_leg()
-    both = beside_table({"a": {"fe_full": result}, "b": {"fe_full": result}}, {"a": {"fe_full": other}})
-    assert len(both) == 3 and both[2].count("130.0, 120.0; 110.0/110.0 | 360 |") == 2
+    mine = {"a": {"fe_full": result}, "b": {"fe_full": result}}
+    both = beside_table(mine, {"a": {"fe_full": other}})
+    assert len(both) == 3 and both[2].count("130.0, 120.0; 300.0/110.0/110.0 | 360 |") == 2
+    printed = beside_table(mine, {"a": {"fe_full": other}}, (Published(case="a", leg_force=263.6, peak=172.5),))
+    assert printed[2].startswith("| a | fe_full | 263.6/-/172.5 | 130.0")
     assert leg_table((), {"a": {"fe_full": replace(result, peaks={})}}) == []
 
 
@@ -175,7 +178,7 @@ def test_a_sweep_says_where_its_peaks_and_flights_are_and_what_it_warns_of():
 
 def test_sweep_and_report_by_one_groups_file(tmp_path):
     """The command line: the sweep makes the changes, its page checks them, names what is missing, and sets another
-    sweep of the same cases beside it."""
+    sweep of the same cases beside it, with what their scenes have otherwise."""
     for name in ("case_02", "case_03"):
         text = (THESIS / f"{name}.toml").read_text()
         (tmp_path / f"{name}.toml").write_text(text)
@@ -195,7 +198,7 @@ def test_sweep_and_report_by_one_groups_file(tmp_path):
     assert run("report", tmp_path / "new", "--groups", groups, "--beside", tmp_path / "old").exit_code == 0
     page = (tmp_path / "new" / "report" / "report.md").read_text()
     assert f"--groups {groups}" in page and "p2_formula has not run case_03: `rail-fem sweep" in page
-    assert f"Beside {tmp_path / 'old'}" in page
+    assert f"Beside {tmp_path / 'old'}" in page and "speed: 33.5" in page and " there, 26.8" in page
     assert "(first impact on the nose: case_02 = case_03, within 10 %)" in page
 
 
