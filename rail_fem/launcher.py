@@ -41,6 +41,14 @@ def rank_count() -> int:
     return world.size if world else 1
 
 
+def work_alone() -> None:
+    """From now on this process takes part in nothing that ranks do together: it works on a task of a pool, or gives
+    such tasks to the other ranks."""
+    for name in LAUNCHER_VARIABLES:
+        os.environ.pop(name, None)
+    _world.cache_clear()
+
+
 def on_root(action: Callable[[], Answer]) -> Answer:
     """Run `action` on rank 0 only; its answer, or its exception of whatever kind, reaches every rank: none waits for
     one that has gone. Collective."""

@@ -42,6 +42,10 @@ def sweep(
         ),
     ] = None,
     ranks: Annotated[int, typer.Option(help="for parallel models", min=1)] = 2,
+    workers: Annotated[int, typer.Option(help="runs at a time", min=1, max=1024)] = 1,
+    pool: Annotated[
+        str, typer.Option(help="where they run: processes, mpi, or package:callable that makes an Executor")
+    ] = "processes",
     only: Annotated[
         int | None, typer.Option(help="only the case of this number, from 1: for job arrays", min=1)
     ] = None,
@@ -55,6 +59,7 @@ def sweep(
     """
     from rail_fem.case.variations import VariationError, read_settings, read_variation
     from rail_fem.hierarchy import MODELS
+    from rail_fem.pool import MPI, PoolError
     from rail_fem.sweeps.rows import cases_of, is_rows, read_rows, write_rows
     from rail_fem.sweeps.sweep import FAILED, jobs_of, read_cases, run_sweep
     from rail_fem.sweeps.sweep_report import sweep_report
@@ -64,6 +69,8 @@ def sweep(
     unknown = sorted(set(model or ()) - set(MODELS))
     if unknown:
         stop(f"--model {', '.join(unknown)}: no such model; choose among {', '.join(MODELS)}")
+    if pool == MPI:
+        launcher.work_alone()
     if launcher.rank_count() > 1:
         stop("sweep starts mpirun itself, case by case: leave mpirun out and give --ranks")
     try:
@@ -94,7 +101,10 @@ def sweep(
         stop(f"nothing was run: no case has a table [run.MODEL]: name models with --model, of {', '.join(MODELS)}")
     make_folder(out)
     with aside():
-        outcomes = run_sweep(jobs, ranks, tell)
+        try:
+            outcomes = run_sweep(jobs, ranks, tell, workers, pool)
+        except PoolError as error:
+            stop(error)
     report = sweep_report(outcomes, faults)
     if rows is not None:
         report = write_rows(rows, outcomes, out) + "\n" + report

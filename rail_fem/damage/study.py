@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -29,11 +28,11 @@ from rail_fem.damage.study_state import read_state, state_arrays, write_state
 from rail_fem.damage.summary import summary
 from rail_fem.output.progress import Progress
 from rail_fem.output.runfolder import digest, held, prepare_folder
+from rail_fem.pool import executor
 from rail_fem.scene.scene import Wheel
 from rail_fem.settings.damage import MOST_PASSES, DamageSettings
 from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.show.style import in_lines
-from rail_fem.stopping import end_with_parent
 
 STATE, RESULT, ARRAYS, REPORT = "state.npz", "damage.json", "damage.npz", "report.md"
 VERSION = 7
@@ -125,7 +124,7 @@ def _study(case, settings, folder, goes_on, identity, progress, say, workers: in
     crossing = settings.site == "crossing"
     with ExitStack() as stack:
         pooled = crossing and workers > 1
-        pool = stack.enter_context(ProcessPoolExecutor(workers, initializer=end_with_parent)) if pooled else None
+        pool = stack.enter_context(executor(workers, home=__name__)) if pooled else None
         site: Any = crossing_site(case.scene, settings, run, pool) if crossing else switch_section(case.scene, settings)
         if flow is not None:
             flowed, (low, high) = read_flow(flow, case.scene, site.grid)

@@ -2,7 +2,7 @@
 of the unknowns."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -24,7 +24,7 @@ from rail_fem.design.posterior import (
 from rail_fem.design.problem import DesignError, Problem
 from rail_fem.design.proof import ProofRun
 from rail_fem.design.search import SearchRecord, Trial, numbers_of, rounded
-from rail_fem.stopping import end_with_parent
+from rail_fem.pool import executor
 
 FOLDS = 8  # of the trials that are spread over the bounds, each found again by the others
 FORMS = np.linspace(0, 1, 25)  # between their bounds, at which a trial is judged
@@ -54,7 +54,7 @@ def invert(problem: Problem, out: Path, workers: int = 2, say: Callable[[str], N
     """Make the trials, or go on with them, and judge them. Errors: DesignError where too few trials can be run, or
     `out` holds another search."""
     record, design = SearchRecord(problem, Path(out)), problem.design
-    with ProcessPoolExecutor(workers, initializer=end_with_parent) as pool:
+    with executor(workers, home=__name__) as pool:
         start = record.start(lambda points: list(pool.map(numbers_of, [problem] * len(points), points)))
         trials = _made(record, pool, _spread(problem))
         late = 0
@@ -132,7 +132,7 @@ def covered(problem: Problem, out: Path, scenes: int, workers: int = 2) -> np.nd
     found again by the emulators of trials of other folds, from facts with all errors that the likelihood counts.
     """
     record = SearchRecord(problem, Path(out))
-    with ProcessPoolExecutor(workers, initializer=end_with_parent) as pool:
+    with executor(workers, home=__name__) as pool:
         trials = _run(_made(record, pool, _spread(problem)))
         numbers = np.arange(min(scenes, len(trials)))
         folds = [numbers[fold::FOLDS] for fold in range(min(FOLDS, len(numbers)))]
@@ -180,7 +180,7 @@ def _run(trials: Sequence[Trial]) -> list[Trial]:
     return [trial for trial in trials if not trial.fault]
 
 
-def _made(record: SearchRecord, pool: ProcessPoolExecutor, values: np.ndarray) -> list[Trial]:
+def _made(record: SearchRecord, pool: Executor, values: np.ndarray) -> list[Trial]:
     """The trials of these values (n, k), each kept as soon as it is made."""
     points = [rounded(value) for value in values]
     missing = [point for point in points if point not in record]

@@ -8,7 +8,6 @@ import csv
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from scipy.optimize import differential_evolution
 
 from rail_fem.atomic import write_text_atomically
 from rail_fem.design.problem import FAILED, DesignError, Problem
-from rail_fem.stopping import end_with_parent
+from rail_fem.pool import executor
 
 TRIALS = "trials.csv"
 PER_VARIABLE = 6  # trials of one generation for each variable, at least LEAST in all
@@ -70,7 +69,7 @@ def search(
     Errors: DesignError where the start cannot be run or lacks a quantity, or `out` holds another search.
     """
     record, design = SearchRecord(problem, Path(out)), problem.design
-    with ProcessPoolExecutor(workers, initializer=end_with_parent) as pool:
+    with executor(workers, home=__name__) as pool:
         run = lambda points: list(pool.map(numbers_of, [problem] * len(points), points))
         judge = _Judge(problem, correct, record.start(run))
         seen = {tuple(trial.values): judge(trial) for trial in earlier}

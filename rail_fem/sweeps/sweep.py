@@ -1,7 +1,7 @@
-"""Many cases, one after the other: each [run.MODEL] of each case file in OUT/CASE/MODEL.
+"""Many cases, one after the other or by several workers: each [run.MODEL] of each case file in OUT/CASE/MODEL.
 
 A sweep says at the start what it cannot run, goes on after a failure, and when it is started again passes over what is
-finished and goes on with what was cut off. Light models run in this process, parallel ones under mpirun.
+finished and goes on with what was cut off. Light models run in their worker's process, parallel ones under mpirun.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from rail_fem.launcher import mpi_command, rank_environment
 from rail_fem.output.progress import duration
 from rail_fem.output.result import load
 from rail_fem.output.runfolder import MARK, differences, digest, fingerprint, only_profile_differs
+from rail_fem.pool import PROCESSES, Lost, each
 from rail_fem.run.job import JobError, run_case
 from rail_fem.settings.light import unfit_parts
 from rail_fem.stopping import end_with_parent
@@ -95,22 +96,27 @@ def jobs_of(cases: Iterable[Case], out: Path, models: Iterable[str] = ()) -> lis
     ]
 
 
-def run_sweep(jobs: list[Job], ranks: int, say: Callable[[str], None]) -> list[Outcome]:
-    """Run all jobs; a line for each with the time that is left. ranks : for parallel models."""
-    outcomes, started = [], time.perf_counter()
-    for number, job in enumerate(jobs, 1):
-        outcome = run_job(job, ranks)
-        outcomes.append(outcome)
-        spent = time.perf_counter() - started
-        same = [o.wall_time for o in outcomes if o.job.model == job.model and o.state == FINISHED]
-        left = sum(1 for later in jobs[number:] if later.model == job.model)
-        eta = f"  {job.model}: {left} left, about {duration(left * sum(same) / len(same))}" if left and same else ""
+def run_sweep(
+    jobs: list[Job], ranks: int, say: Callable[[str], None], workers: int = 1, pool: str = PROCESSES
+) -> list[Outcome]:
+    """Run all jobs; a line for each with the time that is left. ranks : for parallel models;  workers, pool : as
+    rail_fem.pool takes them. Errors: PoolError."""
+    outcomes: dict[int, Outcome] = {}
+    started = time.perf_counter()
+    for number, answer in each(functools.partial(run_job, ranks=ranks), jobs, workers, pool):
+        outcome = Outcome(jobs[number], FAILED, str(answer)) if isinstance(answer, Lost) else answer
+        outcomes[number] = outcome
+        model, spent = outcome.job.model, time.perf_counter() - started
+        same = [o.wall_time for o in outcomes.values() if o.job.model == model and o.state == FINISHED]
+        left = sum(1 for other, job in enumerate(jobs) if other not in outcomes and job.model == model)
+        later = left * sum(same) / len(same) / workers if left and same else 0.0
+        eta = f"  {model}: {left} left, about {duration(later)}" if later else ""
         reason = f": {outcome.reason}" if outcome.reason else ""
         say(
-            f"[{number}/{len(jobs)}] {duration(spent)}  {job.case.name} {job.model}: {outcome.state} in"
+            f"[{len(outcomes)}/{len(jobs)}] {duration(spent)}  {outcome.job.case.name} {model}: {outcome.state} in"
             f" {outcome.wall_time:.1f} s{reason}{eta}"
         )
-    return outcomes
+    return [outcomes[number] for number in range(len(jobs))]
 
 
 def run_job(job: Job, ranks: int) -> Outcome:

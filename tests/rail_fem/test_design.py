@@ -61,7 +61,7 @@ class Bowl:
 class Here:
     """A pool of no processes."""
 
-    def __init__(self, workers, initializer):
+    def __init__(self, workers, home):
         pass
 
     __enter__ = lambda self: self
@@ -74,7 +74,7 @@ def bowl(tmp_path, monkeypatch):
     problem = read_design(design(tmp_path, trials=120))
     model = Bowl(problem)
     monkeypatch.setattr(search_module, "numbers_of", model)
-    monkeypatch.setattr(search_module, "ProcessPoolExecutor", Here)
+    monkeypatch.setattr(search_module, "executor", Here)
     return problem, model
 
 

@@ -79,7 +79,7 @@ def rounds(tmp_path, monkeypatch):
     problem = read_design(design(tmp_path, trials=60))
     at = lambda values: 0.0 if values is None else float(values[0])
     monkeypatch.setattr(search_module, "numbers_of", lambda p, v: (np.array([light(at(v))]), ""))
-    monkeypatch.setattr(search_module, "ProcessPoolExecutor", Here)
+    monkeypatch.setattr(search_module, "executor", Here)
 
     def prove(problem, found, out, count, *rest):
         chosen = shapes(problem, found, count)

@@ -44,9 +44,10 @@ def sweep(*arguments):
     return CliRunner().invoke(cli.app, ["sweep", *map(str, arguments)])
 
 
-def test_faults_do_not_stop_a_sweep_and_a_second_start_passes_over_what_is_done(cases, tmp_path):
+@pytest.mark.parametrize("workers", [1, 2])
+def test_faults_do_not_stop_a_sweep_and_a_second_start_passes_over_what_is_done(cases, tmp_path, workers):
     out = tmp_path / "out"
-    first = sweep(*cases, "--out", out)
+    first = sweep(*cases, "--out", out, "--workers", workers)
     words = " ".join(first.output.split())
     assert first.exit_code == 1
     assert words.index("left out:") < words.index("[1/3]") and "scene.sped: unknown key" in words
