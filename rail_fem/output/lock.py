@@ -66,6 +66,14 @@ def take(folder: Path) -> dict[str, Any] | None:
     raise OSError(f"{path} is made and removed again and again by another process")
 
 
+def owner(folder: Path) -> dict[str, Any] | None:
+    """Who lives and has the folder; None where nobody does."""
+    with contextlib.suppress(OSError), _opened(Path(folder) / LOCK) as stream:
+        holder = _read(stream)
+        return None if holder is None or is_dead(holder) else holder
+    return None
+
+
 def is_ours(folder: Path) -> bool:
     """Whether the folder is still this process's."""
     with contextlib.suppress(OSError), _opened(Path(folder) / LOCK) as stream:

@@ -56,13 +56,7 @@ def held(folder: Path) -> Iterator[None]:
             f"--out {folder}: {error.strerror or error}, choose a folder that can be written"
         ) from error
     if owner is not None:
-        here = owner["host"] == lock.this_process()["host"]
-        what = (
-            "wait until it ends, or choose another folder"
-            if here
-            else f"if it has ended there, remove {folder / lock.LOCK}"
-        )
-        raise RunFolderError(f"--out {folder}: process {owner['pid']} on {owner['host']} runs there: {what}")
+        raise RunFolderError(f"--out {folder}: {owned(folder, owner, 'wait until it ends, or choose another folder')}")
 
     def leave() -> str:
         lock.release(folder)
@@ -73,6 +67,13 @@ def held(folder: Path) -> Iterator[None]:
             yield
         finally:
             lock.release(folder)
+
+
+def owned(folder: Path, owner: Mapping[str, Any], advice: str) -> str:
+    """Who runs in a folder, and what to do: of a process of another host nobody here knows whether it lives."""
+    here = owner["host"] == lock.this_process()["host"]
+    what = advice if here else f"if it has ended there, remove {folder / lock.LOCK}"
+    return f"process {owner['pid']} on {owner['host']} runs there: {what}"
 
 
 def lost(folder: Path) -> str:

@@ -33,7 +33,7 @@ from rail_fem.scene.scene import Frozen
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds, history_error
 from rail_fem.sweeps.group_figure import group_figure
-from rail_fem.sweeps.sweep import FAILED, Outcome
+from rail_fem.sweeps.sweep import Outcome
 from rail_fem.sweeps.trends import MEASURES, Change, TrendError
 
 HISTORY = "history"
@@ -97,7 +97,7 @@ def name_of(file: Path, words: str, rows: Rows) -> str:
 
 def write_rows(rows: Rows, outcomes: list[Outcome], out: Path) -> str:
     """Write rows.md, and rows_MODEL.png of the rows that are drawn; returns the table."""
-    results = {(o.job.case.name, o.job.model): load(o.job.folder) for o in outcomes if o.state != FAILED}
+    results = {(o.job.case.name, o.job.model): load(o.job.folder) for o in outcomes if o.has_result}
     labels = {name_of(Path(file), words, rows): (words, file) for words in rows.rows for file in rows.cases}
     text = f"# {rows.title}\n\n" + "\n".join(rows_table(rows, labels, results)) + "\n"
     write_text_atomically(out / "rows.md", text)

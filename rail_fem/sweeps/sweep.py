@@ -1,7 +1,8 @@
 """Many cases, one after the other or by several workers: each [run.MODEL] of each case file in OUT/CASE/MODEL.
 
 A sweep says at the start what it cannot run, goes on after a failure, and when it is started again passes over what is
-finished and goes on with what was cut off. Light models run in their worker's process, parallel ones under mpirun.
+finished and goes on with what was cut off. What another sweep is running is left to it, so that several machines may
+share one folder. Light models run in their worker's process, parallel ones under mpirun.
 """
 
 from __future__ import annotations
@@ -21,16 +22,17 @@ from rail_fem.case.casefile import Case
 from rail_fem.case.variations import as_setting, vary_case
 from rail_fem.hierarchy import MODELS
 from rail_fem.launcher import mpi_command, rank_environment
+from rail_fem.output import lock
 from rail_fem.output.progress import duration
 from rail_fem.output.result import load
-from rail_fem.output.runfolder import MARK, differences, digest, fingerprint, only_profile_differs
+from rail_fem.output.runfolder import MARK, differences, digest, fingerprint, only_profile_differs, owned
 from rail_fem.pool import PROCESSES, Lost, each
 from rail_fem.run.job import JobError, run_case
 from rail_fem.settings.light import unfit_parts
 from rail_fem.stopping import end_with_parent
 from rail_fem.sweeps.trends import CaseChanges
 
-FINISHED, FAILED, SKIPPED = "finished", "FAILED", "finished before"
+FINISHED, FAILED, SKIPPED, ELSEWHERE = "finished", "FAILED", "finished before", "left to another sweep"
 
 
 @dataclass(frozen=True)
@@ -44,12 +46,17 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job: FINISHED, SKIPPED or FAILED with the reason, and the wall time of this sweep [s]."""
+    """What became of a job: FINISHED, SKIPPED, or FAILED and ELSEWHERE with the reason, and the wall time of this sweep
+    [s]."""
 
     job: Job
     state: str
     reason: str = ""
     wall_time: float = 0.0
+
+    @property
+    def has_result(self) -> bool:
+        return self.state in (FINISHED, SKIPPED)
 
 
 def read_cases(
@@ -128,6 +135,8 @@ def run_job(job: Job, ranks: int) -> Outcome:
         anew = profile_changed(job)
         if not anew and is_finished(job):
             return Outcome(job, SKIPPED)
+        if other := lock.owner(job.folder):
+            return Outcome(job, ELSEWHERE, owned(job.folder, other, "started again, this sweep tells its result"))
         if MODELS[job.model].parallel:
             failure = _under_mpirun(job, ranks, anew)
         else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +16,12 @@ from rail_fem.output.result import NAN, PassResult, load
 from rail_fem.output.runfolder import differences
 from rail_fem.output.trust import verdict_words
 from rail_fem.sweeps.compare import FIRST_IMPACT, IMPACT, core_seconds
-from rail_fem.sweeps.sweep import FAILED, Outcome
+from rail_fem.sweeps.sweep import ELSEWHERE, FAILED, Outcome
 from rail_fem.sweeps.trends import CaseChanges
 
 FORCES = "impact on the wheel, first on the body taking over; largest on"  # of `forces_of`
 
+UNFINISHED = FAILED, ELSEWHERE
 Results = dict[str, dict[str, PassResult]]  # case -> model -> result
 
 
@@ -27,7 +29,7 @@ def sweep_report(outcomes: list[Outcome], errors: list[str]) -> str:
     """Markdown: forces and strains of each case and model, then what failed."""
     results: Results = {}
     for outcome in outcomes:
-        if outcome.state != FAILED:
+        if outcome.has_result:
             results.setdefault(outcome.job.case.name, {})[outcome.job.model] = load(outcome.job.folder)
     return "\n".join(["# Sweep", "", *force_table(results), "", *failures(outcomes, errors)]).rstrip() + "\n"
 
@@ -171,11 +173,11 @@ def shown(result: PassResult, names: tuple[str, ...], factor: float) -> str:
 
 
 def failures(outcomes: list[Outcome], errors: list[str]) -> list[str]:
-    """Lines on runs that failed and case files that could not be read."""
-    failed = [f"- {o.job.case.name} {o.job.model}: {o.reason}" for o in outcomes if o.state == FAILED]
-    left_out = [f"- left out: {error.splitlines()[0]}" for error in errors]
-    return (
-        [f"{len(failed)} run(s) failed, {len(left_out)} case file(s) left out", *failed, *left_out]
-        if failed or left_out
-        else ["All runs finished."]
-    )
+    """Lines on runs that failed or go on elsewhere and case files that could not be read."""
+    told = [[f"- {o.job.case.name} {o.job.model}: {o.reason}" for o in outcomes if o.state == s] for s in UNFINISHED]
+    told.append([f"- left out: {error.splitlines()[0]}" for error in errors])
+    if not any(told):
+        return ["All runs finished."]
+    failed, elsewhere, left_out = map(len, told)
+    others = f"{elsewhere} {ELSEWHERE}, " if elsewhere else ""
+    return [f"{failed} run(s) failed, {others}{left_out} case file(s) left out", *itertools.chain(*told)]

@@ -15,6 +15,7 @@ from rail_fem import cli
 from rail_fem.case.casefile import load_case
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.output.result import PassResult, load
+from rail_fem.output.runfolder import held
 from rail_fem.sweeps.compare import compare
 from rail_fem.sweeps.sweep_page import trust_lines
 from rail_fem.sweeps.sweep_report import force_table
@@ -63,6 +64,17 @@ def test_faults_do_not_stop_a_sweep_and_a_second_start_passes_over_what_is_done(
         "lumped",
         "p2_formula",
     )
+
+
+def test_what_another_sweep_is_running_is_left_to_it(cases, tmp_path):
+    """Two machines may be given one sweep and one folder."""
+    out = tmp_path / "out"
+    with held(out / "good" / "lumped"):
+        found = sweep(cases[-1], "--out", out)
+    words = " ".join(found.output.split())
+    assert found.exit_code == 0 and f"good lumped: left to another sweep in 0.0 s: process {os.getpid()} on" in words
+    assert "0 run(s) failed, 1 left to another sweep" in words and load(out / "good" / "p2_formula").peaks
+    assert "good lumped: finished in" in sweep(cases[-1], "--out", out).output
 
 
 def test_a_killed_job_is_done_again(cases, tmp_path):
