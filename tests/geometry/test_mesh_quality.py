@@ -104,6 +104,22 @@ def test_volume_and_mean_gradient_of_any_trilinear_cell(seed):
         )
 
 
+def test_the_eigenvalue_bound_is_that_of_the_whole_strain_operator():
+    """Largest eigenvalue of C (B B^T), 6 x 6 with shears, of any cells, by LAPACK."""
+    corner = REFERENCE / 2 + np.random.default_rng(3).uniform(-0.2, 0.2, (50, 8, 3))
+    ratio, gradient = 0.3 / 0.7, mean_gradient(corner)
+    stiffness = np.diag([1 - ratio] * 3 + [(1 - ratio) / 2] * 3)
+    stiffness[:3, :3] += ratio
+    strain = np.zeros((len(corner), 6, 8, 3))
+    for row, (i, j) in enumerate([(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]):
+        strain[:, row, :, i] += gradient[:, :, j]
+        if i != j:
+            strain[:, row, :, j] += gradient[:, :, i]
+    strain = strain.reshape(len(corner), 6, 24)
+    largest = np.linalg.eigvals(stiffness @ strain @ strain.transpose(0, 2, 1)).real.max(axis=1)
+    assert np.allclose(eigen_length(corner), 2 / np.sqrt(8 * largest), rtol=1e-12)
+
+
 def test_turning_moving_and_stretching_a_cell_change_what_they_should():
     random = np.random.default_rng(7)
     corner = REFERENCE / 2 + random.uniform(-0.2, 0.2, (10, 8, 3))
