@@ -165,6 +165,12 @@ def digest(file: Path) -> str:
 def folder() -> Path:
     """Where compiled kernels are kept. A temporary folder where the user's cache cannot be written; with a warning,
     where it is not the user's alone."""
+    return lasting_folder() or Path(tempfile.mkdtemp(prefix="rail_fem_"))
+
+
+@functools.cache
+def lasting_folder() -> Path | None:
+    """The same where the next process finds it again; None where that would be a temporary folder."""
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     path = Path(os.environ.get("NUMBA_CACHE_DIR") or home / "rail_fem" / "kernels")
     try:
@@ -181,7 +187,7 @@ def folder() -> Path:
             return path
     except OSError:
         pass
-    return Path(tempfile.mkdtemp(prefix="rail_fem_"))
+    return None
 
 
 def _prune(stem: str) -> None:

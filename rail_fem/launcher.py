@@ -10,7 +10,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 Answer = TypeVar("Answer")
@@ -65,6 +65,26 @@ def on_root(action: Callable[[], Answer]) -> Answer:
     if failure or sent:
         raise failure or sent
     return answer
+
+
+def dealt_out(actions: Sequence[Callable[[], Answer]]) -> list[Answer]:
+    """Run each of `actions`, the same on every rank, on one of the ranks, in turn; all answers in order on rank 0, none
+    on the others. An exception of any reaches every rank. Collective."""
+    world = _world()
+    if world is None:
+        return [action() for action in actions]
+    answers: list[Answer] = []
+    failure = None
+    try:
+        answers = [action() for action in actions[world.rank :: world.size]]
+    except Exception as error:
+        failure = error
+    for found in world.allgather(_as_message(failure)):
+        if found:
+            raise found
+    if (shares := world.gather(answers)) is None:
+        return []
+    return [shares[number % world.size][number // world.size] for number in range(len(actions))]
 
 
 def _as_message(failure: Exception | None) -> Exception | None:

@@ -4,8 +4,12 @@ The block has the same number of columns on all sections. Where contact jumps si
 and where the band is narrow the block may be wider than it, so that its columns stay near the fine size.
 """
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
+from geometry.axes import GAUGE_POINT_DEPTH
 from geometry.meshing.hexmesh import MeshError
 from geometry.meshing.section.curve import SectionCurve
 
@@ -63,3 +67,29 @@ def lateral_length(curve: SectionCurve, along: np.ndarray) -> np.ndarray:
     / STEEPEST."""
     share = np.maximum(np.cos(curve.normal_angle(along)), 1 / STEEPEST)
     return np.append(0.0, np.cumsum(np.diff(along) * 0.5 * (share[1:] + share[:-1])))
+
+
+@dataclass(frozen=True, eq=False)
+class HeadBand:
+    """Lateral range about the contact points of a body at any x, kept on the head of its section (above the gauge
+    point).
+
+    crossing : has wing_section(x) and nose_section(x);  body : "wing" or "nose"
+    x, y : (n,) of the contact points, x rising;  half_width : of the range;  edge : that it stays off the head's ends,
+        all in m
+    """
+
+    crossing: Any
+    body: str
+    x: np.ndarray
+    y: np.ndarray
+    half_width: float
+    edge: float
+
+    def __call__(self, at: float) -> tuple[float, float]:
+        """The range (y0, y1) at x = at [m]."""
+        outline = getattr(self.crossing, f"{self.body}_section")(at)
+        head = outline[outline[:, 1] > outline[:, 1].max() - GAUGE_POINT_DEPTH, 0]
+        centre = float(np.interp(at, self.x, self.y))
+        low, high = centre - self.half_width, centre + self.half_width
+        return max(low, head.min() + self.edge), min(high, head.max() - self.edge)

@@ -20,12 +20,10 @@ from rail_fem.output.trust import largest_internal, numerical_shares
 LEVEL = 2e-4  # change of the rigid path's slope up to which running counts as steady [1]
 
 
-def trust_facts(
-    run: Run, history: dict[str, np.ndarray], quality: MeshQuality | None, initial_clearance: float
-) -> dict:
+def trust_facts(run: Run, history: dict[str, np.ndarray], quality: MeshQuality, initial_clearance: float) -> dict:
     """Facts for `trust.report_rows`, replicated. Collective.
 
-    quality : of the mesh on root, None elsewhere;  initial_clearance : of the meshes before initial positioning [m]
+    quality : of the mesh;  initial_clearance : of the meshes before initial positioning [m]
     """
     dynamics, settled, scaling = run.dynamics, run.settings.settle_time, run.passage.scaling
     work = trust.impact_work(np.array(run.recorder.contact_work)[history["time"] > settled])
@@ -47,7 +45,7 @@ def trust_facts(
         "step": run.dt,
         "limit": run.limit,
         "step_ratio": run.dt / run.limit,
-        "element_limit": run.comm.bcast(quality.worst_step if quality else None, root=0) * scaling.factor**0.5,
+        "element_limit": quality.worst_step * scaling.factor**0.5,
         "scaling": scaling,
         "rechecks": run.rechecks,
         "chatter": trust.chatter(history, run.element_time, settled),

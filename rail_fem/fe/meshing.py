@@ -2,42 +2,55 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from geometry.meshing.crossing_mesh import mesh_crossing
 from geometry.meshing.gmsh_process import gmsh_process
-from geometry.meshing.hexmesh import HexMesh, MeshError
-from geometry.meshing.wheel import mesh_wheel
+from geometry.meshing.hexmesh import HexMesh, MeshError, merge_bodies
 from geometry.surfaces.bodies import PassBody
 from rail_fem.fe.initial_position import position_wheel, smallest_gap
 from rail_fem.fe.running import Running
-from rail_fem.light.fine_zone import crossing_spec, wheel_spec
+from rail_fem.launcher import dealt_out
+from rail_fem.light.kept_meshes import body_meshes, is_kept, kept
 from rail_fem.light.own_mesh import own_mesh
-from rail_fem.light.rigid import datum_height, meshed_stretch
+from rail_fem.light.rigid import datum_height
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
 MOST_DESCENTS, POSITIONED = 8, 1e-9  # until a user's wheel touches: tries, gap [m]
 
 
-def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[HexMesh, float, float]:
+Placed = tuple[HexMesh, float, float]
+
+
+def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> Placed | None:
     """Crossing and wheel, the wheel positioned at the start; the gap it had on the rigid path [m]; the height of its D0
-    [m]. Root only.
+    [m]. On root; None on the other ranks, which mesh some of the bodies. Collective.
 
     Errors: MeshError, CrossingError, ProfileError.
     """
-    if settings.mesh:
-        return _positioned_own_mesh(settings, running, scene)
-    crossing, path = scene.crossing.surface, running.path
-    low, high = meshed_stretch(scene, settings)
-    with gmsh_process():
-        rail = mesh_crossing(crossing, crossing_spec(crossing, path, low, high, settings))
-        wheel = mesh_wheel(scene.wheel.shape, scene.wheel.radius, wheel_spec(path, running.datum_y, settings))
-    height = datum_height(scene, running.path, running.start)
-    mesh, gap = position_wheel(rail, wheel, running.start, running.datum_y, height)
-    return mesh, gap, height - gap
+    bodies = [] if settings.mesh else _bodies(scene, settings, running)
+
+    def place() -> Placed:
+        if settings.mesh:
+            return _positioned_own_mesh(settings, running, scene)
+        height = datum_height(scene, running.path, running.start)
+        mesh, gap = position_wheel(merge_bodies(bodies[:-1]), bodies[-1], running.start, running.datum_y, height)
+        return mesh, gap, height - gap
+
+    placed = dealt_out([place])
+    return placed[0] if placed else None
+
+
+def _bodies(scene: Scene, settings: FeSettings, running: Running) -> list[HexMesh]:
+    """Bodies of the crossing, then the wheel, each meshed by one of the ranks or kept from an earlier run; on root.
+    Collective."""
+    meshers = body_meshes(scene, settings, running.path)
+    with contextlib.nullcontext() if all(map(is_kept, meshers)) else gmsh_process():
+        return dealt_out([partial(kept, mesher) for mesher in meshers])
 
 
 def _positioned_own_mesh(settings: FeSettings, running: Running, scene: Scene) -> tuple[HexMesh, float, float]:

@@ -3,7 +3,7 @@ is meshed."""
 
 import numpy as np
 
-from geometry.axes import GAUGE_POINT_DEPTH
+from geometry.meshing.band import HeadBand
 from geometry.meshing.crossing_mesh import BodyMeshSpec, CrossingMeshSpec, check_bands
 from geometry.meshing.hexmesh import MeshError
 from geometry.meshing.wheel import WheelMeshSpec, check_wheel_bands
@@ -70,26 +70,13 @@ def crossing_spec(
             continue
         fine = (close[0] - PATCH_REACH, close[-1] + PATCH_REACH)
         known = np.isfinite(point[:, 1]) & (gap < 4 * NEAR)
-        band = _band(getattr(crossing, f"{name}_section"), point[known, 0], point[known, 1])
+        x, y = point[known][np.argsort(point[known, 0]), :2].T
+        band = HeadBand(crossing, name, x, y, HALF_BAND, EDGE)
         around = (design[0] - PATCH_REACH, design[-1] + PATCH_REACH)
         bodies[name] = BodyMeshSpec((fine[0] - ENDS, fine[1] + ENDS), fine, band, anchor=anchor, design_x=around)
     return CrossingMeshSpec(
         settings.element_size, bodies.get("wing"), bodies.get("nose"), -settings.rail_depth, length=settings.along
     )
-
-
-def _band(section, x: np.ndarray, y: np.ndarray):
-    """Lateral range about the contact point, kept on the head of the section (above the gauge point)."""
-    order = np.argsort(x)
-    x, y = x[order], y[order]
-
-    def band(at: float) -> tuple[float, float]:
-        outline = section(at)
-        head = outline[outline[:, 1] > outline[:, 1].max() - GAUGE_POINT_DEPTH, 0]
-        centre = float(np.interp(at, x, y))
-        return max(centre - HALF_BAND, head.min() + EDGE), min(centre + HALF_BAND, head.max() - EDGE)
-
-    return band
 
 
 def wheel_bands(path: WheelPath, datum_y: float) -> tuple[tuple[float, float], ...]:

@@ -10,25 +10,26 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from mpi4py import MPI
 
 from geometry.meshing.hexmesh import HexMesh
-from geometry.meshing.quality import mesh_quality
+from geometry.meshing.quality import MeshQuality, mesh_quality
 from geometry.surfaces.bodies import REGIONS
 from kernel_cache import working_time
 from rail_fem.atomic import write_text_atomically
 from rail_fem.fe import trust
 from rail_fem.fe.carried import lay_in, steel_after
 from rail_fem.fe.diagnostics import slowest_elements, strain_peaks, trust_facts
-from rail_fem.fe.meshing import make_mesh
+from rail_fem.fe.meshing import Placed, make_mesh
 from rail_fem.fe.metal import metal
 from rail_fem.fe.passage import build_passage
 from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.running import Running, running_of
 from rail_fem.fe.start_state import StartState
-from rail_fem.launcher import on_root
+from rail_fem.launcher import dealt_out, on_root
 from rail_fem.light.lateral_start import LateralStart, lateral_start
 from rail_fem.light.rigid import ends_with_path
 from rail_fem.output.error_bars import error_bars
@@ -94,12 +95,14 @@ def _passes(
     started: float,
 ) -> PassResult:
     """The passes themselves, and the result of the last, judged by all. started : by `working_time` [s]. Collective."""
-    comm, of_case = MPI.COMM_WORLD, scene
+    comm, of_case, began = MPI.COMM_WORLD, scene, working_time()
     progress.note(f"rigid wheel's path and mesh, elements of {settings.element_size * 1e3:g} mm")
     scene, aside = on_root(lambda: placed_across(of_case, settings))
     running = on_root(lambda: running_of(scene, settings))
     identity = {"case": digest(fingerprint(model, of_case, settings))}
     mesh, initial_clearance, datum, seal = positioned_mesh(scene, settings, running, folder, restart, identity)
+    quality = _judged(mesh, folder)
+    searched = working_time() - began
     if mesh is not None:
         progress.note(
             f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes; kernels are compiled now where they are not"
@@ -119,7 +122,8 @@ def _passes(
         name = f"pass {number} of {settings.passes}" if settings.passes > 1 else ""
         with progress.part((number - 1) / settings.passes, number / settings.passes, name):
             run.go()
-        result = replace(result_of(run, model, initial_clearance), scene=of_case)
+        result = result_of(run, model, quality, initial_clearance)
+        result = replace(result, scene=of_case, cost=replace(result.cost, search_time=searched))
         results.append(result)
         if settings.passes > 1:
             result = replace(result, passes=tuple(map(reported, results)))
@@ -203,7 +207,9 @@ def with_bars(result: PassResult, twin: PassResult | str) -> PassResult:
     )
     known = [bars[name] / abs(REPORTED[name].of(result)) for name in FORCES if bars.get(name)]
     estimate = {**result.error_estimate, "discretisation": max(known, default=float("nan"))}
-    return replace(result, error_bars=bars, warnings=warnings, error_estimate=estimate)
+    searched = result.cost.search_time + (0.0 if isinstance(twin, str) else twin.cost.search_time)
+    cost = replace(result.cost, search_time=searched)
+    return replace(result, error_bars=bars, warnings=warnings, error_estimate=estimate, cost=cost)
 
 
 def positioned_mesh(
@@ -220,25 +226,30 @@ def positioned_mesh(
     A restart reads the mesh of the run; identity : what its file belongs to. Collective. Errors: SealError for a file
     that is damaged or another's.
     """
-    kept = []  # the mesh stays on root: too large to send
+    stored = None if folder is None else folder / MESH
+    if restart and stored is not None and on_root(stored.is_file):
+        found = dealt_out([partial(_read_mesh, stored, identity)])
+    else:
+        placed = cast(Placed, make_mesh(scene, settings, running))  # on root
+        found = dealt_out([lambda: (*placed, "" if stored is None else _write_mesh(stored, *placed, identity))])
+    gap, datum, seal = on_root(lambda: found[0][1:])
+    return (found[0][0] if found else None), gap, datum, seal  # the mesh stays on root: too large to send
 
-    def on_root_only():
-        stored = None if folder is None else folder / MESH
-        if restart and stored is not None and stored.is_file():
-            mesh, gap, datum, seal = _read_mesh(stored, identity)
-        else:
-            mesh, gap, datum = make_mesh(scene, settings, running)
-            seal = "" if stored is None else _write_mesh(stored, mesh, gap, datum, identity)
-        kept.append(mesh)
-        return gap, datum, seal
 
-    gap, datum, seal = on_root(on_root_only)
-    return (kept[0] if kept else None), gap, datum, seal
+def _judged(mesh: HexMesh | None, folder: Path | None) -> MeshQuality:
+    """How good the mesh (root only) is; told in the folder as well. Collective."""
+
+    def judge() -> MeshQuality:
+        quality = mesh_quality(cast(HexMesh, mesh))
+        if folder is not None:
+            write_text_atomically(folder / "mesh_quality.txt", quality.report())
+        return quality
+
+    return on_root(judge)
 
 
 def _write_mesh(path: Path, mesh: HexMesh, gap: float, datum: float, identity: Mapping[str, str]) -> str:
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_text_atomically(path.with_name("mesh_quality.txt"), mesh_quality(mesh).report())
     return write_sealed(
         path, {"gap": gap, "datum": datum} | {name: getattr(mesh, name) for name in MESH_ARRAYS}, identity
     )
@@ -254,20 +265,18 @@ def _read_mesh(path: Path, identity: Mapping[str, str]) -> tuple[HexMesh, float,
     )
 
 
-def result_of(run: Run, model: str, initial_clearance: float) -> PassResult:
+def result_of(run: Run, model: str, quality: MeshQuality, initial_clearance: float) -> PassResult:
     """What the run found, replicated. Collective.
 
-    initial_clearance : of the meshes before initial positioning [m]
+    quality : of the mesh;  initial_clearance : of the bodies before initial positioning [m]
     error_estimate holds what one run can know: the energy balance, the static load it should carry before the nose, and
     how much of the largest force comes and goes with each element (trust.mesh_noise). What the element size does to
     peaks and strains beyond that, no single run knows: "discretisation" is NaN unless a coarse twin says it
     (`error_twin`). rail_fem.studies.passage_size measures it by runs at several sizes.
     """
     history, energies = run.recorder.history(), run.dynamics.energies()
-    quality = mesh_quality(run.passage.mesh) if run.passage.mesh is not None else None
     facts = trust_facts(run, history, quality, initial_clearance)
     rows = trust.report_rows(facts)
-    slowest = run.comm.bcast(None if quality is None else slowest_elements(quality), root=0)
     side, settled = (run.scene.direction_sign, run.scene.static_wheel_load), run.settings.settle_time
     peaks = force_peaks(history, *side, settled, run.scene.crossing.leg_end)
     return PassResult(
@@ -289,7 +298,7 @@ def result_of(run: Run, model: str, initial_clearance: float) -> PassResult:
         metal=metal(run),
         trust={
             "rows": [row.plain() for row in rows],
-            "slowest": slowest,
+            "slowest": slowest_elements(quality),
             "rigid_transfers": run.passage.running.transfers.tolist(),
         },
         warnings=tuple(f"{row.name}: {row.shown} (rule: {row.rule})" for row in rows if row.verdict != trust.GOOD)
@@ -303,6 +312,4 @@ def _cost(run: Run) -> Cost:
     elements, steps = run.dynamics.domain.m_global, run.dynamics.step_count
     memory = run.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
     rate = run.dynamics.updates / max(run.loop_time, 1e-9)
-    return Cost(
-        run.wall_time, elements, steps, run.comm.size, rate, memory, search_time=max(run.wall_time - run.loop_time, 0.0)
-    )
+    return Cost(run.wall_time, elements, steps, run.comm.size, rate, memory)

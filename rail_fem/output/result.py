@@ -80,8 +80,8 @@ class Cost:
     """What the answer cost: wall time [s], elements, steps, ranks, element updates per second of all ranks, peak memory
     [B] of all ranks.
 
-    search_time : of the wall time, what is done before any step and kept where it can be: contacts along the surfaces,
-        meshes [s];  compile_time : of the wall time, kernels compiled, once on a machine [s]
+    search_time : of the wall time, what is kept for other runs on the same surfaces: contacts along them, meshes, those
+        of a twin too [s];  compile_time : of the wall time, kernels compiled, once on a machine [s]
     """
 
     wall_time: float = NAN

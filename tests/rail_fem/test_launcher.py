@@ -26,8 +26,13 @@ try:
     launcher.on_root(stumble)
 except Exception as error:
     text += ", " + str(error).rpartition("Odd: ")[2]
+dealt = launcher.dealt_out([lambda number=number: (number, launcher.rank()) for number in range(4)])
+try:
+    launcher.dealt_out([int, stumble, int])
+except Exception as error:
+    text += " again" * ("stumbled at 3" in str(error))
 from mpi4py import MPI
-seen = MPI.COMM_WORLD.gather((value, len(calls), text))
+seen = MPI.COMM_WORLD.gather((value, len(calls), text, dealt))
 if launcher.rank() == 0:
     print(seen)
 """
@@ -50,13 +55,22 @@ def test_without_a_launcher_there_is_one_rank_and_no_mpi():
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", [1, 2, 3])
 def test_roots_answer_and_roots_fault_reach_every_rank(ranks):
-    """Also a fault that cannot be pickled: a rank that waited for it would hang the job."""
+    """Also a fault that cannot be pickled: a rank that waited for it would hang the job. What is dealt out is done once
+    each, in turn, and comes to the root in order; one rank's fault reaches all."""
     pytest.importorskip("mpi4py")
     command = [*launcher.mpi_command(ranks), sys.executable, "-m", "mpi4py", "-c", BROADCAST]
     answer = run(command)
     assert answer.returncode == 0, answer.stderr
     assert answer.stdout.strip() == str(
-        [(ranks, int(rank == 0), "folder in use, stumbled at 3") for rank in range(ranks)]
+        [
+            (
+                ranks,
+                int(rank == 0),
+                "folder in use, stumbled at 3 again",
+                [(number, number % ranks) for number in range(4)] if rank == 0 else [],
+            )
+            for rank in range(ranks)
+        ]
     )
 
 
