@@ -14,6 +14,7 @@ from rail_fem.hierarchy import MODELS
 from rail_fem.scene.input_errors import describe_errors, plain, quoted, suggest
 from rail_fem.scene.scene import LOAD_KEYS, Frozen, Scene
 from rail_fem.scene.units import typed
+from rail_fem.settings.explicit import PRESETS
 from rail_fem.settings.light import PassSettings
 
 if TYPE_CHECKING:
@@ -90,6 +91,10 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
         holder, _, last = key.rpartition(".")
         if holder == "scene.vehicle" and f"{holder}.{LOAD_KEYS.get(last)}" not in changes:
             table["scene"]["vehicle"].pop(LOAD_KEYS.get(last), None)
+        if holder.startswith("run.") and last == "preset":  # in place of what the file has beside it
+            for name in set().union(*PRESETS.values()):
+                if f"{holder}.{name}" not in changes:
+                    table["run"][holder.removeprefix("run.")].pop(name, None)
     version = table.get("version", CASE_VERSION)
     if version != CASE_VERSION or isinstance(version, bool):
         raise CaseError(

@@ -3,8 +3,9 @@
 import functools
 import hashlib
 import math
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
@@ -24,6 +25,24 @@ SLAB_ELEMENTS = 3  # along the rail, of the slabs that a travelling window lets 
 SMOKE_STEPS = 50
 SMOKE_STRETCH = 0.12  # m of crossing that is meshed
 TWIN_COST = 0.1  # of the twin that gives the error bars, over the run's own
+# Numerics by one word, of heavier small elements in a travelling window; docs/speed.md has what each costs and is off
+PRESETS: dict[str, dict[str, Any]] = {
+    name: {
+        "element_size": size,
+        "element_aspect": aspect,
+        "wheel_element_ratio": 1.5,
+        "mass_scaling": "auto",
+        "scaled_elements": "small",
+        "window_ahead": window,
+        "window_behind": window,
+        "error_twin": twin,
+    }
+    for name, size, aspect, window, twin in (
+        ("fast", "1.4 mm", 2.0, "60 mm", False),
+        ("fine", "0.7 mm", 2.0, "60 mm", True),
+        ("finest", "0.5 mm", 1.5, "45 mm", True),
+    )
+}
 MOST_SLENDER = 4.0  # length of an element along the rail over its size across, or the reverse
 
 
@@ -31,8 +50,13 @@ class FeSettings(Frozen):
     """Explicit FE of the pass. To add a setting, add a field: unit, range, meaning, default."""
 
     # may differ from the run that is gone on with
-    free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "max_steps", "mesh")
+    free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "max_steps", "mesh", "preset")
 
+    preset: Literal["fast", "fine", "finest"] | None = Field(
+        None,
+        description="element sizes, mass scaling, travelling window and error bars by one word: elements of 1.4, 0.7"
+        " or 0.5 mm; a key that stands beside it wins",
+    )
     element_size: Annotated[float, Quantity("mm", 0.1, 20, "element size under the running band")] = 2.0e-3
     element_aspect: Annotated[
         float,
@@ -115,6 +139,12 @@ class FeSettings(Frozen):
     mesh_unit: Literal["mm", "m"] = Field("m", description="unit of the mesh file's lengths")
     mesh_digest: str = Field("", validate_default=True, description="digest of the mesh file")
 
+    @model_validator(mode="before")
+    @classmethod
+    def _filled_by_its_preset(cls, values: Any) -> Any:
+        name = values.get("preset") if isinstance(values, Mapping) else None
+        return PRESETS[name] | values if isinstance(name, str) and name in PRESETS else values
+
     @field_validator("mesh")
     @classmethod
     def _mesh_is_there(cls, mesh: str, info: ValidationInfo) -> str:
@@ -173,6 +203,7 @@ class FeSettings(Frozen):
         """The same with elements larger by a factor; a travelling window longer by as much as its slabs are."""
         longer = SLAB_ELEMENTS * (factor - 1) * self.along
         changed = {
+            "preset": None,
             "element_size": factor * self.element_size,
             "window_ahead": self.window_ahead and self.window_ahead + longer,
             "window_behind": self.window_behind and self.window_behind + longer,

@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.output.runfolder import fingerprint
 from rail_fem.scene.steel import GRADES
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.settings.light import BemPlasticSettings, RigidHertzSettings
@@ -40,6 +41,28 @@ def test_a_case_gives_the_settings_of_a_model_by_their_class():
     assert case.settings(FeSettings) is case.runs["fe_full"]  # not fe_window, whose settings are a kind of these
     with pytest.raises(KeyError, match="no model by BemPlasticSettings"):
         replace(case, runs={}).settings(BemPlasticSettings)
+
+
+def test_a_preset_fills_what_does_not_stand_beside_it(tmp_path):
+    """The main job is "fine" written out; a key of the file wins, one asked for from outside takes the place of the
+    file's keys."""
+    path, (head, rest) = tmp_path / "case.toml", GOOD.split("[run.fe_full]\n")
+    stretch = "".join(line for line in rest.splitlines(True) if line.startswith(("start", "end")))
+    path.write_text(f'{head}[run.fe_full]\npreset = "fine"\n{stretch}')
+    whole, fine = (load_case(one).runs["fe_full"] for one in (ROOT / "cases" / "nose_transfer.toml", path))
+    assert fine.model_copy(update={"preset": None}) == whole and whole.preset is None
+    assert fingerprint("fe_full", load_case(path).scene, fine) == fingerprint("fe_full", load_case(path).scene, whole)
+    assert FeSettings.model_validate(fine.model_dump(mode="json")) == fine
+    fast = load_case(ROOT / "cases" / "nose_transfer.toml", {"run.fe_full.preset": "fast"}).runs["fe_full"]
+    assert (fast.element_size, fast.error_twin, fast.start) == (pytest.approx(1.4e-3), False, whole.start)
+    asked = {"run.fe_full.preset": "finest", "run.fe_full.window_ahead": "50 mm"}
+    finest = load_case(path, asked).runs["fe_full"]
+    assert (finest.window_ahead, finest.window_behind) == pytest.approx((0.05, 0.045))
+    path.write_text(path.read_text() + "courant = 0.5\nwindow_behind = '70 mm'\n")
+    assert load_case(path).runs["fe_full"] == fine.model_copy(update={"courant": 0.5, "window_behind": 0.07})
+    for word in ('"fines"', '["fast"]', "1.4"):
+        (error,) = errors_of(tmp_path, f"{head}[run.fe_full]\npreset = {word}\n{stretch}")
+        assert error.startswith("run.fe_full.preset") and "fast, fine, finest" in error
 
 
 def test_every_case_in_the_folder_is_valid():
