@@ -25,7 +25,7 @@ from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.wheel import mesh_wheel
 from geometry.path.wheel_path import WheelPath
 from rail_fem.light.fine_zone import crossing_spec, wheel_spec
-from rail_fem.light.rigid import meshed_stretch
+from rail_fem.light.rigid import anchored_path, meshed_stretch
 from rail_fem.output.sealed import SealError, read_sealed, write_sealed
 from rail_fem.output.versions import versions
 from rail_fem.scene.scene import Scene
@@ -52,6 +52,12 @@ def is_kept(mesher: partial[HexMesh]) -> bool:
     """Whether its mesh lies there."""
     file = _file(mesher)
     return file is not None and file.is_file()
+
+
+def are_kept(scene: Scene, settings: FeSettings) -> bool:
+    """Whether all meshes of a run lie there but a twin's, which is meshed before. Errors: as anchored_path."""
+    path = anchored_path(scene, *meshed_stretch(scene, settings))
+    return all(map(is_kept, body_meshes(scene, settings, path)))
 
 
 def kept(mesher: partial[HexMesh]) -> HexMesh:

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from rail_fem.case.casefile import Case
-from rail_fem.case.estimate import available_memory, estimate_run
+from rail_fem.case.estimate import available_memory, foretold
 from rail_fem.case.keys import WRITTEN
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings, scene_warnings
@@ -50,7 +50,7 @@ def case_facts(case: Case, model: str, ranks: int) -> dict[str, Any]:
         "scene": scene.model_dump(mode="json"),
         "settings": settings.model_dump(mode="json"),
         "derived": derived,
-        "cost": asdict(estimate_run(scene, explicit, ranks)) | {"ranks": ranks} if explicit is not None else None,
+        "cost": asdict(foretold(scene, explicit, ranks)) | {"ranks": ranks} if explicit is not None else None,
         "warnings": scene_warnings(scene) if errors else case_warnings(scene, settings),
         "errors": errors,
     }
@@ -146,7 +146,7 @@ def _rigid(scene: Scene, settings) -> list[str]:
 
 
 def _cost(scene: Scene, settings, ranks: int) -> list[str]:
-    estimate = estimate_run(scene, settings, ranks)
+    estimate = foretold(scene, settings, ranks)
     return [
         row("cells", f"{estimate.cells:.2g}"),
         row("steps", f"{estimate.steps:.2g}", f"of {estimate.step * 1e9:.0f} ns"),

@@ -11,6 +11,7 @@ import pytest
 import kernel_cache
 from geometry.meshing import blocks
 from geometry.meshing.blocks import mesh_cap
+from rail_fem.case.estimate import MESHING, foretold
 from rail_fem.light import kept_meshes
 from rail_fem.light.kept_meshes import body_meshes, is_kept, kept
 from rail_fem.light.rigid import anchored_path, meshed_stretch
@@ -59,6 +60,17 @@ def test_other_speeds_loads_and_steels_find_the_meshes_other_shapes_do_not():
     assert not set(here) & set(of(SETTINGS.model_copy(update={"element_size": 4e-3})))
     deeper = of(SETTINGS.model_copy(update={"wheel_depth": 0.1}))
     assert deeper[:-1] == here[:-1] and deeper[-1] != here[-1]
+
+
+def test_the_time_foretold_is_less_by_the_meshes_that_are_kept(monkeypatch):
+    """Those of a twin with them; another shape is meshed."""
+    twin, scene = SETTINGS.model_copy(update={"error_twin": True}), make_scene()
+    fresh = [foretold(scene, settings) for settings in (SETTINGS, twin)]
+    files = {kept_meshes._file(one) for one in meshers()}
+    monkeypatch.setattr(kept_meshes, "is_kept", lambda mesher: kept_meshes._file(mesher) in files)
+    saved = [one.wall_time - foretold(scene, settings).wall_time for one, settings in zip(fresh, (SETTINGS, twin))]
+    assert 0 < MESHING < saved[0] < saved[1] < fresh[1].preparation
+    assert foretold(scene.replace(wheel={"radius": 0.45}), SETTINGS).preparation == fresh[0].preparation
 
 
 def test_an_edited_mesher_finds_none_of_its_old_meshes(monkeypatch):
