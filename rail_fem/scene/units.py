@@ -106,11 +106,16 @@ def show(value: float, unit: str, digits: int = 6) -> str:
     return f"{value / si_factor(unit):.{digits}g} {unit}".strip()
 
 
+def in_digits(value: float, digits: int) -> str:
+    """A number in so many digits, without a power of ten: "120", not "1.2e+02"."""
+    return f"{float(f'{value:.{digits}g}'):.12g}"
+
+
 def engineering(value: float, unit: str, digits: int = 5) -> str:
     """A result in SI (N, Pa, m, m^2, 1) as engineers read it, e.g. engineering(1.2e5, "N") -> "120 kN"; in other units
     as it is."""
     shown, factor = SHOWN.get(unit, (unit, 1.0))
-    return f"{value * factor:.{digits}g} {shown}"
+    return f"{in_digits(value * factor, digits)} {shown}"
 
 
 def parse(text: str, unit: str) -> tuple[float, float]:

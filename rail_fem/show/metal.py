@@ -9,7 +9,7 @@ import numpy as np
 
 from rail_fem.output.quantities import REPORTED, STRAIN
 from rail_fem.output.result import PassResult
-from rail_fem.scene.units import engineering
+from rail_fem.scene.units import engineering, in_digits
 
 CUBIC_MM = 1e9
 
@@ -18,7 +18,7 @@ def amount(value: float, unit: str, digits: int = 4) -> str:
     """A value in engineers' units, volumes in mm3."""
     if math.isnan(value):
         return "not resolved"
-    return f"{value * CUBIC_MM:.{digits}g} mm3" if unit == "m^3" else engineering(value, unit, digits)
+    return f"{in_digits(value * CUBIC_MM, digits)} mm3" if unit == "m^3" else engineering(value, unit, digits)
 
 
 def with_bar(result: PassResult, name: str, digits: int = 4) -> str:

@@ -34,8 +34,13 @@ def mark_positions(axes, result: PassResult, label: bool = True) -> None:
         axes.axvline(1e3 * result.transfer_x, color=GREEN, ls=(0, (6, 2)), lw=2, label=words(text))
 
 
-def label_distance(axes, result: PassResult) -> None:
-    """The axis of the running distance, with the direction of travel."""
+def distance_words(result: PassResult) -> str:
+    """What the axis of the running distance says, with the direction of travel."""
     ways = {"facing": "the wheel runs to the right \u2192", "trailing": "\u2190 the wheel runs to the left"}
     direction = ways[result.scene.direction]
-    axes.set_xlabel(f"position x of the wheel's centre [mm]   ({direction}; x = 0: gauge lines intersect)")
+    return f"position x of the wheel's centre [mm]   ({direction}; x = 0: gauge lines intersect)"
+
+
+def label_distance(axes, result: PassResult) -> None:
+    """The axis of the running distance."""
+    axes.set_xlabel(distance_words(result))

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,9 +12,9 @@ from rail_fem.output.history import COLUMNS
 from rail_fem.output.low_pass import CUTOFFS, filtered_peak
 from rail_fem.output.progress import duration, read_status
 from rail_fem.output.quantities import FORCES, REPORTED, impact_pressure
-from rail_fem.output.result import PassResult, load
+from rail_fem.output.result import Cost, PassResult, load
 from rail_fem.scene.units import engineering, show
-from rail_fem.show.metal import amount, metal_rows, with_bar
+from rail_fem.show.metal import amount, metal_rows
 from rail_fem.show.passes import passes_rows
 
 MOST_FLIGHTS = 5  # that are told
@@ -29,25 +30,77 @@ def row(name: str, value: str, text: str = "") -> str:
     return f"  {name:<34}{value:<17} {text}".rstrip()
 
 
-def _state(result: PassResult) -> str:
+class Headline(NamedTuple):
+    """A number that a result stands for, in words: its value, half widths of its bars of elements and of form, "" where
+    none is claimed, and where it is."""
+
+    name: str
+    value: str
+    elements: str
+    form: str
+    where: str
+
+
+def headlines(result: PassResult) -> list[Headline]:
+    """Impacts, largest forces and other peaks; forces low-passed; transfer; mean pressure at the first impact."""
+    shown, found = COLUMNS["x"].unit, []
+    for name, peak in stated_peaks(result).items():
+        where = (
+            f"at x = {show(peak.x, shown, 5)}" if np.isfinite(peak.x) else "",
+            f"y = {show(peak.y, shown, 4)}" if np.isfinite(peak.y) else "",
+            f"in an element of {show(peak.size, shown, 2)}" if np.isfinite(peak.size) else "",
+        )
+        value = engineering(peak.value, peak.unit)
+        found.append(Headline(name, value, *_bars(result, name, peak.unit), ", ".join(filter(None, where))))
+    found += [
+        Headline(
+            f"force low-passed at {cutoff:g} Hz", engineering(low.value, "N"), "", "", f"at x = {show(low.x, shown, 5)}"
+        )
+        for cutoff in CUTOFFS
+        if (low := filtered_peak(result, cutoff)) is not None
+    ]
+    changes = "none" if np.isnan(result.transfer_x) else f"x = {amount(result.transfer_x, 'm', 5)}"
+    found.append(Headline("transfer from wing to nose", changes, *_bars(result, "transfer_x", "m"), ""))
+    if not np.isnan(pressure := impact_pressure(result)):
+        bars = _bars(result, "impact_pressure", "Pa")
+        found.append(
+            Headline(
+                "mean pressure at the first impact", amount(pressure, "Pa"), *bars, "of contact, weighted by force"
+            )
+        )
+    return found
+
+
+def _bars(result: PassResult, name: str, unit: str) -> tuple[str, str]:
+    """Half widths of the bars of elements and of form in words, "" where none is claimed."""
+    known = lambda bar: amount(bar, unit, 2) if np.isfinite(bar) else ""
+    return known(result.error_bars.get(name, np.nan)), known(result.form_bar(name))
+
+
+def _headline(one: Headline) -> str:
+    """As a line of the terminal."""
+    value = f"{one.value} +- {one.elements}" if one.elements else one.value
+    return row(one.name, value, (f"form +- {one.form} " if one.form else "") + one.where)
+
+
+def state(result: PassResult) -> str:
     if result.fault:
         return f"FAILED: {result.fault}"
     return f"CUT OFF: {result.cut_off}" if result.cut_off else "finished"
 
 
-def _flights(result: PassResult) -> list[str]:
+def flight_rows(result: PassResult) -> list[tuple[str, str, str]]:
     """Where the wheel leaves the crossing, the longest first; nothing for a model that has no history."""
     found = sorted(flights(result), key=lambda flight: -flight.length) if len(result.history["x"]) else []
     rows = [
-        row(
+        (
             f"{show(flight.x_start, 'mm', 5)} to {show(flight.x_end, 'mm', 5)}",
             f"{flight.length * 1e3:.1f} mm",
             f"{flight.duration * 1e3:.2f} ms, launched at {flight.launch_speed:.2f} m/s upwards",
         )
         for flight in found[:MOST_FLIGHTS]
     ]
-    more = [row("shorter ones", str(len(found) - MOST_FLIGHTS))] if len(found) > MOST_FLIGHTS else []
-    return ["", "flights without contact", *rows, *more] if found else []
+    return rows + ([("shorter ones", str(len(found) - MOST_FLIGHTS), "")] if len(found) > MOST_FLIGHTS else [])
 
 
 def bearer_rows(result: PassResult) -> list[str]:
@@ -63,34 +116,15 @@ def bearer_rows(result: PassResult) -> list[str]:
 
 def result_report(result: PassResult) -> str:
     """What a run found, in engineers' units."""
-    shown = COLUMNS["x"].unit
-    pressure = "" if np.isnan(impact_pressure(result)) else with_bar(result, "impact_pressure")
-    lines = [f"{result.model}: " + _state(result), "", "peaks"]
-    for name, peak in stated_peaks(result).items():
-        lines.append(
-            row(
-                name,
-                with_bar(result, name, 5) if name in FORCES else engineering(peak.value, peak.unit),
-                (f"form +- {amount(form, peak.unit, 2)} " if np.isfinite(form := result.form_bar(name)) else "")
-                + (f"at x = {show(peak.x, shown, 5)}" if np.isfinite(peak.x) else "")
-                + (f", y = {show(peak.y, shown, 4)}" if np.isfinite(peak.y) else "")
-                + (f", in an element of {show(peak.size, shown, 2)}" if np.isfinite(peak.size) else ""),
-            )
-        )
-    lines += [
-        row(f"force low-passed at {cutoff:g} Hz", engineering(low.value, "N"), f"at x = {show(low.x, shown, 5)}")
-        for cutoff in CUTOFFS
-        if (low := filtered_peak(result, cutoff)) is not None
-    ]
-    lines += _flights(result) + [
+    away = [row(*one) for one in flight_rows(result)]
+    lines = [
+        f"{result.model}: " + state(result),
         "",
-        row(
-            "transfer from wing to nose",
-            "none" if np.isnan(result.transfer_x) else f"x = {with_bar(result, 'transfer_x', 5)}",
-        ),
+        "peaks",
+        *map(_headline, headlines(result)),
+        *(["", "flights without contact", *away] if away else []),
         *(["", "passes"] if result.passes else []),
         *passes_rows(result),
-        *([row("mean pressure at the first impact", pressure, "of contact, weighted by force")] if pressure else []),
         *(["", "bearers, largest forces and movement"] if result.bearers else []),
         *bearer_rows(result),
         *(["", "metal"] if result.metal else []),
@@ -103,38 +137,48 @@ def result_report(result: PassResult) -> str:
         row(name, "not known" if np.isnan(error) else f"{100 * error:.2g} %")
         for name, error in result.error_estimate.items()
     ] or ["  none claimed"]
-    cost = result.cost
-    lines += [
-        "",
-        "cost",
-        row("wall time", duration(cost.wall_time), f"{cost.ranks} rank(s)"),
-        row("  the model itself", f"{cost.solve_time:.3g} s"),
-        row("  contacts searched, or meshed", f"{cost.search_time:.3g} s", "kept for scenes of the same surfaces"),
-        row("  kernels compiled", f"{cost.compile_time:.3g} s", "once on a machine"),
-        *([row("elements", str(cost.elements))] if cost.elements else []),
-        row("steps", str(cost.steps)),
-    ]
-    if np.isfinite(cost.updates_per_second):
-        lines.append(row("element updates", f"{cost.updates_per_second / 1e6:.3g} million/s"))
+    lines += ["", "cost", *(row(*one) for one in cost_rows(result.cost))]
     return "\n".join(
         [*lines, *listed("warning(s)", result.warnings), *(listed("note(s)", result.notes) if result.notes else [])]
     )
 
 
-def _form(result: PassResult) -> list[str]:
-    """What each simplification of the model moves the forces by, and the root of the sum of the squares."""
-    shown = [name for name in FORCES if np.isfinite(result.form_bar(name))]
-    if not shown:
-        return []
-    cell = lambda moved, name: f"{100 * moved / REPORTED[name].of(result):+9.1f}"
-    lines = [
-        f"  {FORCES[name]:<34}"
-        + "".join(cell(row[name], name) if name in row else f"{'-':>9}" for row in result.form.values())
-        + f"{100 * result.form_bar(name) / REPORTED[name].of(result):12.1f}"
-        for name in shown
+def cost_rows(cost: Cost) -> list[tuple[str, str, str]]:
+    """What the answer cost: name, value, remark."""
+    rows = [
+        ("wall time", duration(cost.wall_time), f"{cost.ranks} rank(s)"),
+        ("  the model itself", f"{cost.solve_time:.3g} s", ""),
+        ("  contacts searched, or meshed", f"{cost.search_time:.3g} s", "kept for scenes of the same surfaces"),
+        ("  kernels compiled", f"{cost.compile_time:.3g} s", "once on a machine"),
+        *([("elements", str(cost.elements), "")] if cost.elements else []),
+        ("steps", str(cost.steps), ""),
     ]
-    head = "".join(f"{f'({number})':>9}" for number in range(1, len(result.form) + 1))
-    legend = [f"  ({number}) {words}" for number, words in enumerate(result.form, 1)]
+    if np.isfinite(cost.updates_per_second):
+        rows.append(("element updates", f"{cost.updates_per_second / 1e6:.3g} million/s", ""))
+    return rows
+
+
+def form_table(result: PassResult) -> tuple[list[str], list[tuple[str, list[str]]]]:
+    """What each simplification of the model moves the forces by: these in words, and a row a force, in percent of it,
+    the root of the sum of the squares last. No rows where nothing is claimed."""
+    share = lambda moved, name: f"{100 * moved / REPORTED[name].of(result):.1f}"
+    signed = lambda row, name: f"{100 * row[name] / REPORTED[name].of(result):+.1f}" if name in row else "-"
+    rows = [
+        (FORCES[name], [signed(row, name) for row in result.form.values()] + [share(result.form_bar(name), name)])
+        for name in FORCES
+        if np.isfinite(result.form_bar(name))
+    ]
+    return list(result.form), rows
+
+
+def _form(result: PassResult) -> list[str]:
+    """The same in lines of the terminal."""
+    causes, rows = form_table(result)
+    if not rows:
+        return []
+    lines = [f"  {name:<34}" + "".join(f"{one:>9}" for one in cells[:-1]) + f"{cells[-1]:>12}" for name, cells in rows]
+    head = "".join(f"{f'({number})':>9}" for number in range(1, len(causes) + 1))
+    legend = [f"  ({number}) {words}" for number, words in enumerate(causes, 1)]
     return ["", "form: what is left out moves a force by [%]", f"{'':36}{head}{'together':>12}", *lines, *legend]
 
 
