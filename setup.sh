@@ -42,7 +42,7 @@ faults() { .venv/bin/python -m rail_fem.run.installation 2>/dev/null || [ $? -eq
 in_environment() { .venv/bin/python -m pip "$@" --disable-pip-version-check --no-input </dev/null >>"$LOG" 2>&1; }
 
 make_environment() {
-  local numpy broken extras=fe,plot3d,test,lint
+  local numpy broken extras=fe,plot3d,page,test,lint
   [ -z "$renew" ] || { rm -rf .venv; extras+=,docs; }
   if ! { [ -x .venv/bin/python ] && .venv/bin/python -c '' 2>/dev/null && [ "$(.venv/bin/python -c 'import sys; print(sys.base_prefix)')" = /usr ]; }; then
     rm -rf .venv

@@ -41,7 +41,7 @@ COMMANDS: dict[str, tuple[Callable[..., Any], str]] = {
     "show": (show, "What a run or a sweep found, or how far it is"),
     "sweep": (sweep, "Run many cases, or one with values varied"),
     "compare": (compare, "Cost against error of several models"),
-    "report": (report, "The page of a sweep, with its trends checked"),
+    "report": (report, "The page of runs or of a sweep, in one file"),
     "export": (export, "Mesh and fields of a run for other programs"),
     "crossing": (crossing, "The crossing of a case as sections or STEP"),
     "contact": (contact, "Contact points of a wheel on a rail"),

@@ -9,7 +9,10 @@ import pytest
 
 from tests.outside import ABSENT, report
 
-OPTIONAL = ("dolfinx", "mpi4py", "petsc4py", "basix", "ufl", "gmsh", "meshio", "pyvista", "vtk", "pandas", "jsonschema")
+OPTIONAL = (
+    *("dolfinx", "mpi4py", "petsc4py", "basix", "ufl", "gmsh", "meshio", "pyvista", "vtk", "pandas", "jsonschema"),
+    *("plotly", "xarray"),
+)
 MISSING = frozenset(name for name in OPTIONAL if find_spec(name) is None)
 TESTS = Path(__file__).parent
 # Files of ten seconds and more come first, so that none of them is left over when the other worker has nothing to do.

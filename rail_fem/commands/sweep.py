@@ -1,5 +1,5 @@
-"""`rail-fem sweep`: many cases, or one with some of its values varied, by every model that they name; and the page of a
-sweep, `rail-fem report`."""
+"""`rail-fem sweep`: many cases, or one with some of its values varied, by every model that they name; and the page of
+runs or of a sweep, `rail-fem report`."""
 
 import functools
 from pathlib import Path
@@ -10,7 +10,7 @@ import typer
 from rail_fem import launcher
 from rail_fem.atomic import write_text_atomically
 from rail_fem.commands.ending import MANNER, RUN_FAILED, aside, emit, say, stop, tell
-from rail_fem.commands.options import JsonOption, SetOption, by_model
+from rail_fem.commands.options import JsonOption, SetOption, by_model, not_a_runs
 
 
 def sweep(
@@ -164,10 +164,20 @@ def sweep_facts(out: Path, outcomes: list, faults: list[str]) -> dict:
 
 
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a sweep: DIR/CASE/MODEL")],
-    groups: Annotated[
-        Path, typer.Option(help="TOML file of groups of cases and trends, e.g. cases/thesis/trends.toml")
+    folders: Annotated[
+        list[Path],
+        typer.Argument(metavar="DIR...", help="folder of a run, or of several, or of a sweep: DIR/CASE/MODEL"),
     ],
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            "--html", callback=not_a_runs, help="one file for a browser, without a network: curves, surfaces, tables"
+        ),
+    ] = None,
+    groups: Annotated[
+        Path | None,
+        typer.Option(help="of a sweep: TOML file of groups of cases and trends, e.g. cases/thesis/trends.toml"),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="folder for report.md and its figures; default: DIR/report")
     ] = None,
@@ -184,11 +194,17 @@ def report(
         typer.Option("--show", help="figure of the digest, by its name in the report; may be given several times"),
     ] = None,
 ) -> None:
-    """The page of a sweep: tables, trends in words checked on every model with reasons and controls, figures of each
-    group. --set : what the sweep was given."""
+    """The page of a run, of several beside each other, or of a sweep: --html. With --groups that of a sweep in
+    Markdown: tables, trends in words checked on every model with reasons and controls, figures of each group. --set :
+    what the sweep was given."""
+    if html is not None:
+        return write_html(folders, html)
+    if groups is None or len(folders) > 1:
+        stop("give --html FILE for the page of runs or of a sweep, or --groups FILE for that of one sweep's trends")
     from rail_fem.case.variations import read_settings
     from rail_fem.sweeps.sweep_page import read_sweep, write_digest, write_page
 
+    folder = folders[0]
     try:
         found = read_sweep(folder, groups, beside, read_settings(settings or ()))
         if digest is None:
@@ -196,4 +212,21 @@ def report(
         else:
             say(str(write_digest(found, digest, tuple(show or ()))))
     except (ValueError, OSError) as error:
+        stop(error)
+
+
+def write_html(folders: list[Path], path: Path) -> None:
+    """Write the page of these runs or of this sweep; ends the program where that cannot be."""
+    from rail_fem.commands.show import is_sweep
+    from rail_fem.show.page import write_page
+    from rail_fem.sweeps.chooser import write_sweep_page
+    from rail_fem.sweeps.compare import result_folders, short_names
+
+    try:
+        if len(folders) == 1 and is_sweep(folders[0]):
+            say(str(write_sweep_page(folders[0], path)))
+        else:
+            runs = result_folders(folders)
+            say(str(write_page(runs, path, short_names(runs))))
+    except (ValueError, OSError, ModuleNotFoundError) as error:
         stop(error)

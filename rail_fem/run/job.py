@@ -131,7 +131,8 @@ def _solve_and_save(
 
 
 def _draw(folder: Path, say: Callable[[str], None], missing_only: bool = False) -> None:
-    """Figures of the run. A figure that cannot be drawn is told of; the result is safe and `show` draws again."""
+    """Figures of the run, and the page of one whose fields are larger than it. What cannot be drawn is told of; the
+    result is safe and `show` and `report` draw again."""
     try:
         draw_run(folder, missing_only)
     except Exception as error:
@@ -139,6 +140,18 @@ def _draw(folder: Path, say: Callable[[str], None], missing_only: bool = False) 
             f"no figures: {type(error).__name__}: {error} ({_keep_trace(folder)}); the result is saved, 'rail-fem show"
             f" {folder}' draws again"
         )
+        return
+    if (folder / "fields").is_dir():
+        _write_page(folder, say)
+
+
+def _write_page(folder: Path, say: Callable[[str], None]) -> None:
+    from rail_fem.show.page import PAGE, write_page  # with the explicit models alone
+
+    try:
+        say(f"page for a browser: {write_page([folder], folder / PAGE)}")
+    except (ModuleNotFoundError, OSError) as error:
+        say(f"no page for a browser: {error}")
 
 
 def _let_root_speak(folder: Path, message: str) -> None:

@@ -33,9 +33,9 @@ STRAIN = "plastic_strain_plan", "plastic_strain_section"
 FIELDS = (*STRAIN, "stress_section", "mesh")  # stresses and meshes are the explicit models' alone
 
 
-def draw_run(folder: Path, missing_only: bool = False) -> list[Path]:
+def draw_run(folder: Path, missing_only: bool = False, only: Sequence[str] = ()) -> list[Path]:
     """Draw histories, plastic strain, stresses and mesh of the run in `folder` into folder/figures; returns the PNG
-    files that were drawn.
+    files that were drawn. only : their titles; none: all
 
     What a model does not resolve is not drawn; what a run lacks though its model resolves it (lost fields, nothing
     yielded, a failure) gives a figure that says so in words.
@@ -44,7 +44,7 @@ def draw_run(folder: Path, missing_only: bool = False) -> list[Path]:
     """
     folder = Path(folder)
     result, name = load(folder), folder.resolve().name
-    paths = {title: folder / "figures" / f"{title}.png" for title in titles(result)}
+    paths = {title: folder / "figures" / f"{title}.png" for title in titles(result) if not only or title in only}
     wanted = {title: path for title, path in paths.items() if not (missing_only and path.is_file())}
     with lettering():
         drawn = {title: draw(result, name) for title, draw in HISTORIES.items() if title in wanted}

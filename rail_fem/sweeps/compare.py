@@ -236,7 +236,7 @@ def compare(folders: list[Path], reference: Path | None = None) -> Comparison:
     if chosen is None:
         chosen = max(range(len(loaded)), key=lambda i: (order.index(loaded[i][1].model), core_seconds(loaded[i][1])))
     _refuse_unlike_scenes(loaded, chosen)
-    return Comparison(loaded[chosen][1], tuple(r for _, r in loaded), _short_names([path for path, _ in loaded]))
+    return Comparison(loaded[chosen][1], tuple(r for _, r in loaded), short_names([path for path, _ in loaded]))
 
 
 def _load(path: Path) -> PassResult:
@@ -272,7 +272,7 @@ def _refuse_unlike_scenes(loaded: list[tuple[Path, PassResult]], chosen: int) ->
             )
 
 
-def _short_names(paths: list[Path]) -> tuple[str, ...]:
+def short_names(paths: list[Path]) -> tuple[str, ...]:
     """Names of the folders, with as many of those above them as tell each from the others."""
     parts = [path.resolve().parts[1:] for path in paths]
     endings = [[tuple(one[-k:]) for k in range(1, len(one) + 1)] for one in parts]

@@ -47,12 +47,12 @@ def parameter_figure(sweep: SweepResults, quantity: str, against: str, models: t
     rows = sweep.rows()
     key = find_column(against, [title_of(key) for key in sweep.varied], "--against")
     column = find_column(quantity, [name for name in rows[0] if name not in NO_QUANTITY], "--quantity")
-    rows = [_with_p2(row, column) for row in rows if not models or row["model"] in models]
-    rows = [row for row in rows if _drawable(row, column, key)]
+    rows = [with_p2(row, column) for row in rows if not models or row["model"] in models]
+    rows = [row for row in rows if drawable(row, column, key)]
     if not rows:
         raise ValueError(f"--quantity {quantity}: no run of {', '.join(models) or 'this sweep'} resolves it")
     positions = _positions([row[key] for row in rows])
-    lines = _lines(rows, [name for name in map(title_of, sweep.varied) if name != key], column)
+    lines = lines_of(rows, [name for name in map(title_of, sweep.varied) if name != key], column)
     figure, axes = new_panels(7.5)
     for number, line in enumerate(lines):
         _draw_line(axes, line, (key, column), positions, number, alone=len({one.model for one in lines}) == 1)
@@ -62,16 +62,18 @@ def parameter_figure(sweep: SweepResults, quantity: str, against: str, models: t
     return figure
 
 
-def _with_p2(row: dict[str, Any], column: str) -> dict[str, Any]:
+def with_p2(row: dict[str, Any], column: str) -> dict[str, Any]:
+    """The row, of a formula with its P2 as the impact."""
     return row | {column: row.get(P2, math.nan)} if column == IMPACT and math.isnan(row[column]) else row
 
 
-def _drawable(row: dict[str, Any], column: str, key: str) -> bool:
+def drawable(row: dict[str, Any], column: str, key: str) -> bool:
+    """Whether a row has both numbers."""
     value, position = row[column], row[key]
     return math.isfinite(value) and not (isinstance(position, float) and math.isnan(position))
 
 
-def _lines(rows: list[dict[str, Any]], others: list[str], column: str) -> list[Line]:
+def lines_of(rows: list[dict[str, Any]], others: list[str], column: str) -> list[Line]:
     """From the least expensive model on, in the order of the other values; those that do not differ are not told."""
     others = [name for name in others if len({str(row[name]) for row in rows if str(row[name]) != "nan"}) > 1]
     lines: dict[tuple[str, ...], Line] = {}
@@ -133,7 +135,7 @@ def _draw_static_load(axes, rows, names, positions) -> None:
 
 def _label(axes, names, positions) -> None:
     key, column = names
-    axes.set(xlabel=_axis_words(key), ylabel=_axis_words(column))
+    axes.set(xlabel=axis_words(key), ylabel=axis_words(column))
     axes.margins(x=0.06, y=0.12)
     if any(position != value for value, position in positions.items()):
         axes.set_xticks(list(positions.values()), [str(value) for value in positions])
@@ -144,7 +146,8 @@ def _label(axes, names, positions) -> None:
     legend_above(axes, borderaxespad=None, handlelength=4.5)
 
 
-def _axis_words(name: str) -> str:
+def axis_words(name: str) -> str:
+    """A column's name as an axis says it."""
     bare, _, unit = name.partition(" [")
     words = bare.removeprefix("scene.").replace("_", " ").replace(".", ", ")
     return f"{words} [{unit}" if unit else words
@@ -152,7 +155,7 @@ def _axis_words(name: str) -> str:
 
 def _give_title(figure: Figure, sweep: SweepResults, rows: list[dict[str, Any]], column: str, key: str) -> None:
     """What is seen; the scene, as far as it is the same for all; what the bars are."""
-    lines = [f"{_axis_words(column).partition(' [')[0]} against {_axis_words(key).partition(' [')[0]}"]
+    lines = [f"{axis_words(column).partition(' [')[0]} against {axis_words(key).partition(' [')[0]}"]
     varied = set(sweep.varied)
     if not any(name.startswith(IN_SCENE_WORDS) for name in varied):
         scene = sweep[rows[0]["case"]][rows[0]["model"]].scene

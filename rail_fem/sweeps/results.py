@@ -113,10 +113,16 @@ class SweepResults:
 
     def to_markdown(self) -> str:
         """What varies, and the peaks that any model resolves, as a table, without positions and words."""
+        head, cells = self.shown("case")
+        return "\n".join(markdown_table(head, cells)) + "\n"
+
+    def shown(self, *left_out: str) -> tuple[list[str], list[list[str]]]:
+        """Head and cells of a table of the rows, without the columns left out, positions, words and what no run
+        has."""
         rows = self.rows()
-        left_out = lambda name: name in ("case", WORDS) or f"{AT} [" in name
-        head = [name for name in rows[0] if not (left_out(name) or all(_is_nan(row[name]) for row in rows))]
-        return "\n".join(markdown_table(head, [[_cell(row[name]) for name in head] for row in rows])) + "\n"
+        without = lambda name: name in (*left_out, WORDS) or f"{AT} [" in name
+        head = [name for name in rows[0] if not (without(name) or all(_is_nan(row[name]) for row in rows))]
+        return head, [[_cell(row[name]) for name in head] for row in rows]
 
 
 def claimed_error(result: PassResult) -> float:

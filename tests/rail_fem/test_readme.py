@@ -5,6 +5,7 @@ import re
 import shlex
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -98,7 +99,8 @@ def test_the_python_of_the_readme_runs(tmp_path):
 
 @needs_model
 def test_main_job_command(tmp_path):
-    run_shell(["./run.sh", "--out", str(tmp_path / "main")])
+    said = run_shell(["./run.sh", "--out", str(tmp_path / "main")])
+    assert find_spec("plotly") is None or (tmp_path / "main" / "page.html").is_file() and "page for a browser" in said
     check_folder(tmp_path / "main")
 
 

@@ -1,0 +1,237 @@
+"""The page of a run, of several, of a sweep: its numbers are those of the report, it asks nobody for anything, and
+what a stranger wrote stays text."""
+
+import base64
+import gzip
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+import time
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from rail_fem import load_case, load_result, load_sweep, plot_sweep
+from rail_fem.case.template import written
+from rail_fem.hierarchy import MODELS
+from rail_fem.show.page import write_page
+from rail_fem.show.page_charts import packed, thinned
+from rail_fem.show.report import headlines
+from rail_fem.sweeps.chooser import sweep_chart
+from tests.commands import call
+from tests.rail_fem.surrogate_run import surrogate_mesh, surrogate_strain, write_run
+
+pytest.importorskip("plotly")
+LARGEST = 6e6  # bytes of a page
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+EVIL = "<script>alert(1)</script><img src=x onerror=alert(2)>"
+
+
+class Page(HTMLParser):
+    """The tags of a page with their attributes, its words outside scripts, and what its charts hold."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.tags, self.words, self.scripts, self.inside = [], "", {}, ""
+        self.feed(path.read_text(encoding="utf-8"))
+        pressed = base64.b64decode(self.scripts["charts"])
+        self.charts = json.loads(gzip.decompress(pressed))
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        self.inside = (dict(attrs).get("id") or "own") if tag == "script" else "style" if tag == "style" else ""
+
+    def handle_endtag(self, tag):
+        self.inside = ""
+
+    def handle_data(self, data):
+        if self.inside:
+            self.scripts[self.inside] = data
+        else:
+            self.words += data
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """An explicit run with fields, both bars and a title of a stranger."""
+    folder = tmp_path_factory.mktemp("page") / "run"
+    form = {"one mass in place of a casting on bearers": {"impact_on_wheel": -9e3}}
+    bars = {"impact_on_wheel": 4e3}
+    write_run(folder, title=EVIL, warnings=(EVIL,), form=form, error_bars=bars)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def page(run):
+    return write_page([run], run / "page.html")
+
+
+def test_a_page_is_one_file_that_asks_nobody_and_holds_the_numbers_of_the_report(run, page):
+    read, result = Page(page), load_result(run)
+    assert page.stat().st_size < LARGEST
+    for _, attributes in read.tags:
+        assert all(attributes.get(name, "data:").startswith("data:") for name in ("src", "href") if name in attributes)
+    policy = next(one["content"] for tag, one in read.tags if one.get("http-equiv") == "Content-Security-Policy")
+    assert "default-src 'none'" in policy and "http" not in policy
+    told = headlines(result)
+    assert any(one.elements == "4 kN" and one.form == "9 kN" for one in told)
+    words = " ".join(read.words.split())
+    for one in told:
+        assert all(part in words for part in (one.value, one.elements, one.form, one.where))
+    assert sum(tag == "img" and one.get("alt", "").startswith("run: plastic_strain") for tag, one in read.tags) == 2
+
+
+def test_the_curves_of_a_page_are_the_history(run, page):
+    charts, history = Page(page).charts, load_result(run).history
+    force = charts[0][""]["data"][0]
+    assert (force["x"], force["y"]) == (packed(1e3 * history["x"]), packed(history["force"] / 1e3))
+    assert charts[1]["creep longitudinal [%]"]["data"][0]["y"] == packed(100 * history["creep_longitudinal"])
+
+
+def test_every_picture_is_one_that_plotly_knows(page):
+    from plotly.graph_objects import Figure
+
+    pictures = [picture for chart in Page(page).charts for picture in chart.values()]
+    assert [Figure(picture) for picture in pictures]  # refuses words that it does not know
+
+
+def test_what_a_stranger_wrote_is_text(page):
+    read = Page(page)
+    assert sorted(one.get("id", "own") for tag, one in read.tags if tag == "script") == ["charts", "library", "own"]
+    assert not any("onerror" in one for _, one in read.tags)
+    assert read.words.count(EVIL) >= 3  # title, case, warning
+
+
+def test_the_surface_that_turns_is_the_crossings_with_the_strain_of_its_elements(page):
+    pictures = [chart[""] for chart in Page(page).charts if "" in chart]
+    surface = next(one["data"][0] for one in pictures if one["data"][0]["type"] == "mesh3d")
+    strain = np.frombuffer(base64.b64decode(surface["intensity"]["bdata"]), "<f4")
+    corners = np.frombuffer(base64.b64decode(surface["i"]["bdata"]), f"<{surface['i']['dtype']}")
+    assert len(strain) == len(corners) and surface["cmax"] == pytest.approx(strain.max(), rel=1e-6)
+    assert strain.max() == pytest.approx(100 * surrogate_strain(surrogate_mesh()).max(), rel=1e-6)
+
+
+def test_a_surface_of_too_many_faces_is_joined_and_keeps_its_largest_strain():
+    """A plane of 60 x 40 faces: an eighth of them still covers it, to a grid's width."""
+    x, y = np.meshgrid(np.arange(61.0), np.arange(41.0), indexing="ij")
+    points, number = np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()]), np.arange(x.size).reshape(x.shape)
+    faces = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
+    strain = np.arange(len(faces)) / len(faces)
+    seen, joined, values, width = thinned(points, faces, strain, len(faces) // 8)
+    assert len(joined) <= len(faces) // 8 and values.max() == strain.max()
+    assert (np.ptp(seen, axis=0)[:2] > np.array([60.0, 40.0]) - 2 * width).all()  # a cell of the grid at each end
+    assert thinned(points, faces, strain, len(faces))[3] == 0.0
+
+
+@pytest.mark.parametrize("model", ["p2_formula", "rigid_hertz", "fe_full"])
+def test_the_case_file_of_a_page_is_the_same_case_to_the_last_bit(tmp_path, model):
+    scene = load_case("cases/nose_transfer.toml").scene.replace(
+        speed="31.4159265358979 m/s", vehicle={"axle_load": "22.5 t"}, materials={"nose": {"strength": "110 %"}}
+    )
+    settings = MODELS[model].settings()
+    (tmp_path / "case.toml").write_text(written('a "title"', scene, model, settings), encoding="utf-8")
+    again = load_case(tmp_path / "case.toml")
+    assert (again.scene.plain(), again.runs) == (scene.plain(), {model: settings})
+
+
+def test_runs_beside_each_other_and_a_run_without_fields(run, tmp_path):
+    other = tmp_path / "other"
+    write_run(other, direction="trailing")
+    shutil.rmtree(other / "fields")
+    call("report", run, other, "--html", tmp_path / "both.html")
+    read = Page(tmp_path / "both.html")
+    assert "2 runs beside each other" in read.words and "no final.vtu" in read.words
+    assert {"run: whole wheel", "other: whole wheel"} <= {trace.get("name") for trace in read.charts[0][""]["data"]}
+
+
+def test_a_sweep_is_drawn_by_choice_as_its_figure_is(tmp_path):
+    vary = ("--vary", "scene.speed=30mph:90mph:4", "--vary", "scene.foundation.stiffness=80 kN/mm,160 kN/mm")
+    call("sweep", "cases/nose_transfer.toml", *vary, "--model", "p2_formula", "--out", tmp_path / "sweep")
+    sweep = load_sweep(tmp_path / "sweep")
+    figure = plot_sweep(sweep, "p2", "speed").axes[0]
+    drawn = sweep_chart(sweep).pictures["p2 [kN]\nscene.speed [mph]"]["data"]
+    lines = {line.get_label(): line.get_xydata() for line in figure.lines}
+    assert len(drawn) == 2
+    for trace in drawn:
+        assert np.array_equal(np.column_stack([trace["x"], trace["y"]]), lines[trace["name"]])
+    call("report", tmp_path / "sweep", "--html", tmp_path / "sweep.html")
+    assert "8 runs" in Page(tmp_path / "sweep.html").words
+
+
+class Browser:
+    """A headless Chromium, spoken to over its pipe: messages in JSON that end with a zero byte (Chrome DevTools
+    Protocol)."""
+
+    def __init__(self, folder):
+        (self.ear, mouth), (ear, self.mouth) = os.pipe(), os.pipe()
+        flags = "--headless=new --no-sandbox --disable-gpu --enable-unsafe-swiftshader --remote-debugging-pipe"
+        line = f"exec {CHROMIUM} {flags} --user-data-dir={folder} about:blank 3<&{ear} 4>&{mouth}"
+        quiet = subprocess.DEVNULL
+        self.process = subprocess.Popen(["bash", "-c", line], pass_fds=(ear, mouth), stdout=quiet, stderr=quiet)
+        os.close(ear)
+        os.close(mouth)
+        self.count, self.heard, self.told, self.session = 0, b"", [], {}
+
+    def ask(self, method, **params):
+        self.count += 1
+        message = {"id": self.count, "method": method, "params": params} | self.session
+        os.write(self.mouth, json.dumps(message).encode() + b"\0")
+        while True:
+            while b"\0" not in self.heard:
+                more = os.read(self.ear, 1 << 20)
+                assert more, "chromium has ended"
+                self.heard += more
+            one, _, self.heard = self.heard.partition(b"\0")
+            answer = json.loads(one)
+            if answer.get("id") == self.count:
+                return answer["result"]
+            self.told.append(answer)
+
+    def open(self, path):
+        target = self.ask("Target.createTarget", url="about:blank")["targetId"]
+        self.session = {"sessionId": self.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]}
+        for part in ("Runtime", "Log", "Page"):
+            self.ask(f"{part}.enable")
+        self.ask("Page.navigate", url=path.as_uri())
+
+    def value(self, code):
+        return self.ask("Runtime.evaluate", expression=code, returnByValue=True)["result"].get("value")
+
+    def faults(self):
+        """What its console has said that is an error."""
+        errors = [one["params"] for one in self.told if one.get("method") == "Runtime.exceptionThrown"]
+        said = [one["params"] for one in self.told if one.get("method") == "Runtime.consoleAPICalled"]
+        logs = [one["params"]["entry"] for one in self.told if one.get("method") == "Log.entryAdded"]
+        return errors + [one for one in said if one["type"] == "error"] + [x for x in logs if x["level"] == "error"]
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to draw a page in: apt-get install chromium")
+def test_a_browser_draws_the_page_and_a_choice_changes_the_curve(run, page):
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        browser = Browser(folder)
+        try:
+            browser.open(page)
+            for _ in range(600):
+                if browser.value("document.body?.dataset.drawn"):
+                    break
+                time.sleep(0.2)
+            words = browser.value("document.body.innerText")
+            assert all(one.value in words and one.elements in words for one in headlines(load_result(run)))
+            lines = (
+                "[...document.querySelectorAll('.chart')[1].querySelectorAll('.js-line')].map(e => e.getAttribute('d'))"
+            )
+            before = browser.value(lines)
+            choose = (
+                "(menu => { menu.selectedIndex = 1; menu.dispatchEvent(new Event('change')) })"
+                "(document.querySelectorAll('.chart select')[0])"
+            )
+            browser.value(choose)
+            assert before and before != browser.value(lines)
+            assert browser.value("document.querySelectorAll('.turns canvas').length") > 0
+            assert browser.value("document.getElementById('undrawn').hidden") and not browser.faults()
+        finally:
+            browser.process.terminate()
+            browser.process.wait(30)
