@@ -1,5 +1,6 @@
 """The documents name what there is."""
 
+import importlib
 import os
 import re
 import shlex
@@ -9,10 +10,15 @@ from dataclasses import fields
 from pathlib import Path
 
 import pytest
+from pydantic import BaseModel
 from typer.main import get_command
 
+from rail_fem.case.keys import section_keys
 from rail_fem.cli import app
+from rail_fem.hierarchy import MODELS
 from rail_fem.output.result import Cost, PassResult, PatchSummary, Peak
+from rail_fem.scene.scene import Scene
+from rail_fem.settings.damage import DamageSettings
 from tests.commands import call
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -24,6 +30,24 @@ def test_every_entry_of_a_result_is_described(kind):
     text = (ROOT / "docs" / "outputs.md").read_text(encoding="utf-8")
     missing = [entry.name for entry in fields(kind) if entry.name != "history" and f"`{entry.name}`" not in text]
     assert not missing, f"docs/outputs.md does not say what {missing} of {kind.__name__} hold"
+
+
+def tables(section: type[BaseModel]) -> set[type[BaseModel]]:
+    """A section of a case file and those beneath it that hold a key."""
+    keys = list(section_keys(section))
+    inner = [key.section for key in keys if key.section]
+    return set().union({section} if len(inner) < len(keys) else set(), *map(tables, inner))
+
+
+def test_every_key_of_a_case_file_is_looked_up_on_its_page():
+    """The page makes its tables from the classes that it names; a casting's holds those of a rail."""
+    text = (ROOT / "docs" / "case_file.md").read_text(encoding="utf-8")
+    named = [found.partition(":") for found in re.findall(r"```{case-keys} (\S+)", text)]
+    shown = {getattr(importlib.import_module(module), name) for module, _, name in named}
+    asked = [Scene, DamageSettings, *(entry.settings for entry in MODELS.values())]
+    reached = set().union(*map(tables, asked))
+    missing = [kind for kind in reached if not any(issubclass(one, kind) for one in shown)]
+    assert not missing, f"docs/case_file.md has no keys of {sorted(kind.__name__ for kind in missing)}"
 
 
 def blocks(text: str, language: str) -> list[str]:
@@ -84,20 +108,6 @@ def test_the_first_steps_lead_from_a_wheels_file_to_figure_data_frame_and_curve(
         "runs/my_speeds/figures/impact_on_the_wheel_against_speed.png",
     ):
         assert (tmp_path / picture).stat().st_size > 10_000
-
-
-MEMBERS = re.findall(
-    r"automodule::\s+(\S+)\n\s+:members: ([\w, ]+)\n", (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
-)
-
-
-@pytest.mark.parametrize("module, names", MEMBERS)
-def test_every_name_of_the_reference_is_in_its_module(module, names):
-    """A class that was given another name would else be missed only when the documents are built."""
-    import importlib
-
-    found = importlib.import_module(module)
-    assert not [name for name in names.split(", ") if not hasattr(found, name)]
 
 
 COMMAND = re.compile(r"(?<![\w-])rail-fem ([a-z]+[^\n]*)")
