@@ -52,15 +52,18 @@ def read_case(path: Path, model: str | None, settings: list[str] | None = None) 
     return by_model(case, model or next(iter(case.runs))), model or next(iter(case.runs))
 
 
-def by_model(case: Case, model: str) -> Case:
-    """The case, which runs this model; says so where that is by the model's defaults, ends the program on a fault."""
+def by_model(case: Case, model: str, told: set | None = None) -> Case:
+    """The case, which runs this model; says so where that is by the model's defaults, ends the program on a fault.
+    told : files and models of which it has been said"""
     from rail_fem.case.casefile import CaseError
     from rail_fem.hierarchy import MODELS
 
     if model not in MODELS:
         stop(f"--model {model}: no such model{suggest(model, MODELS)}; choose among {', '.join(MODELS)}")
-    if model not in case.runs:
+    told = set() if told is None else told
+    if model not in case.runs and (case.path, model) not in told:
         tell(f"{case.path}: has no [run.{model}], {model} runs by its defaults")
+        told.add((case.path, model))
     try:
         return case.by(model)
     except CaseError as error:

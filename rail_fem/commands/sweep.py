@@ -62,7 +62,7 @@ def sweep(
     from rail_fem.pool import MPI, PoolError
     from rail_fem.sweeps.rows import cases_of, is_rows, read_rows, write_rows
     from rail_fem.sweeps.sweep import FAILED, jobs_of, read_cases, run_sweep
-    from rail_fem.sweeps.sweep_report import sweep_report
+    from rail_fem.sweeps.sweep_report import failures, sweep_report
     from rail_fem.sweeps.trends import load_source
 
     one = only is not None
@@ -95,7 +95,8 @@ def sweep(
         stop("nothing was run: no case file without an input error")
     found = found if only is None else chosen(found, only)
     asked = model or (() if rows is None else rows.models)
-    found = [functools.reduce(by_model, asked, case) for case in found]
+    by_each = functools.partial(by_model, told=set())
+    found = [functools.reduce(by_each, asked, case) for case in found]
     jobs = jobs_of(found, out, asked or concerned(variations))
     if not jobs:
         stop(f"nothing was run: no case has a table [run.MODEL]: name models with --model, of {', '.join(MODELS)}")
@@ -110,7 +111,8 @@ def sweep(
         report = write_rows(rows, outcomes, out) + "\n" + report
     if not one:
         write_tables(out, report, bool(vary))
-    say("\n" + report)
+    drawn = rows is not None and rows.fleet is not None  # nobody reads a table of all its passes in a terminal
+    say("\n" + (report[: report.index("\n# Sweep")] + "\n".join(failures(outcomes, faults)) if drawn else report))
     if MANNER.as_json:
         emit(sweep_facts(out, outcomes, faults))
     if faults or any(outcome.state == FAILED for outcome in outcomes):

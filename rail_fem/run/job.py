@@ -41,10 +41,11 @@ def run_case(
     restart: bool,
     overwrite: bool,
     say: Callable[[str], None],
-    form_by_passes: bool = True,
+    by_itself: bool = True,
 ) -> str:
     """Run one model of a case and save its result in `folder`; returns why it failed, or "". Collective for parallel
-    models. form_by_passes : also those rows of the bar of form that take light passes, some seconds
+    models. by_itself : not one of many, which leave out what takes longer than a light pass: its figures (`show` draws
+    them), and those rows of the bar of form that take passes of their own
 
     Nothing is meshed or written before everything that can be known has been checked.
     Errors: JobError when the run cannot start.
@@ -74,7 +75,7 @@ def run_case(
             return ""
         if restart and not goes_on:
             say(f"{folder} holds no run yet: starting afresh")
-        return _solve_and_save(case, model, settings, folder, goes_on, say, form_by_passes)
+        return _solve_and_save(case, model, settings, folder, goes_on, say, by_itself)
 
 
 def ended(folder: Path, settings: Frozen) -> str:
@@ -94,7 +95,7 @@ def ended(folder: Path, settings: Frozen) -> str:
 
 
 def _solve_and_save(
-    case: Case, model: str, settings, folder: Path, goes_on: bool, say: Callable[[str], None], form_by_passes: bool
+    case: Case, model: str, settings, folder: Path, goes_on: bool, say: Callable[[str], None], by_itself: bool
 ) -> str:
     try:
         with Progress(folder, title=case.title, active=launcher.rank() == 0) as progress:
@@ -109,13 +110,14 @@ def _solve_and_save(
             measured = case.scene.wheel.measured
             notes = () if measured is None else tuple(measured.notes)
             smoke = hierarchy.smoke_requested()
-            moved = {} if smoke else launcher.on_root(lambda: form(result, form_by_passes))
+            moved = {} if smoke else launcher.on_root(lambda: form(result, by_itself))
             result = replace(result, warnings=(*warnings, *result.warnings), notes=notes, title=case.title, form=moved)
             if gone := launcher.on_root(lambda: lost(folder)):
                 raise RunFailed(gone)
             launcher.on_root(lambda: result.save(folder))
             say(result_report(result))
-            launcher.on_root(lambda: _draw(folder, say))
+            if by_itself:
+                launcher.on_root(lambda: _draw(folder, say))
             if result.fault:
                 raise RunFailed(result.fault)
     except Exception as error:

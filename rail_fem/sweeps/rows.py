@@ -10,6 +10,8 @@ the chosen quantities of each.
     [rows]
     "reference" = {}
     "nominal P8" = { "scene.wheel.profile" = "P8" }
+
+In place of [rows] a table [fleet] draws them (rail_fem.sweeps.fleet).
 """
 
 from __future__ import annotations
@@ -32,6 +34,7 @@ from rail_fem.output.result import PassResult, load
 from rail_fem.scene.scene import Frozen
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds, history_error
+from rail_fem.sweeps.fleet import Fleet, fleet_figure, fleet_lines
 from rail_fem.sweeps.group_figure import group_figure
 from rail_fem.sweeps.sweep import Outcome
 from rail_fem.sweeps.trends import MEASURES, Change, TrendError
@@ -48,10 +51,15 @@ class Rows(Frozen):
     columns: tuple[str, ...] = Field(min_length=1)
     drawn: tuple[str, ...] = ()
     change: dict[str, Change] = {}
-    rows: dict[str, dict[str, Change]] = Field(min_length=1)
+    rows: dict[str, dict[str, Change]] = {}
+    fleet: Fleet | None = None
 
     @model_validator(mode="after")
     def _of_known_names(self) -> Rows:
+        if bool(self.rows) == bool(self.fleet):
+            raise ValueError("give [rows], or [fleet] that draws them")
+        if self.fleet and (HISTORY in self.columns or len(self.cases) > 1):
+            raise ValueError(f"a fleet runs over one case, and {HISTORY} is no number of a pass")
         for names, known in (
             (self.columns, [*MEASURES, HISTORY]),
             (self.models, list(MODELS)),
@@ -65,14 +73,15 @@ class Rows(Frozen):
 def is_rows(path: Path) -> bool:
     """Whether a file is a list of changes and no case."""
     try:
-        return "rows" in read_table(Path(path))
+        return bool({"rows", "fleet"} & set(read_table(Path(path))))
     except CaseTextError:
         return False  # said where it is read as a case
 
 
 def read_rows(path: Path) -> Rows:
-    """Errors: TrendError with the key and what to do."""
-    return read_as(Path(path), Rows, TrendError)
+    """Errors: TrendError with the key and what to do, VariationError of what a fleet draws."""
+    rows = read_as(Path(path), Rows, TrendError)
+    return rows if rows.fleet is None else rows.model_copy(update={"rows": rows.fleet.rows()})
 
 
 def cases_of(path: Path, rows: Rows, settings: Mapping[str, Any]) -> tuple[list[Case], list[str]]:
@@ -96,9 +105,11 @@ def name_of(file: Path, words: str, rows: Rows) -> str:
 
 
 def write_rows(rows: Rows, outcomes: list[Outcome], out: Path) -> str:
-    """Write rows.md, and rows_MODEL.png of the rows that are drawn; returns the table."""
+    """Write rows.md, and rows_MODEL.png of the rows that are drawn, of a fleet fleet.png; returns the table."""
     results = {(o.job.case.name, o.job.model): load(o.job.folder) for o in outcomes if o.has_result}
     labels = {name_of(Path(file), words, rows): (words, file) for words in rows.rows for file in rows.cases}
+    if rows.fleet:
+        return _write_fleet(rows, labels, results, out)
     text = f"# {rows.title}\n\n" + "\n".join(rows_table(rows, labels, results)) + "\n"
     write_text_atomically(out / "rows.md", text)
     for model in {model for _, model in results}:
@@ -107,6 +118,20 @@ def write_rows(rows: Rows, outcomes: list[Outcome], out: Path) -> str:
         if shown:
             with lettering():
                 save(group_figure(rows.title, shown), out / f"rows_{model}.png")
+    return text
+
+
+def _write_fleet(rows: Rows, labels: Mapping, results: Mapping[tuple[str, str], PassResult], out: Path) -> str:
+    of_model = {
+        model: {words: results[name, model] for name, (words, _) in labels.items() if (name, model) in results}
+        for model in MODELS
+        if any(model == other for _, other in results)
+    }
+    text = "\n".join([f"# {rows.title}", "", *fleet_lines(rows.columns, rows.rows, of_model)]) + "\n"
+    write_text_atomically(out / "rows.md", text)
+    if of_model:
+        with lettering():
+            save(fleet_figure(rows.title, rows.columns, of_model), out / "fleet.png")
     return text
 
 

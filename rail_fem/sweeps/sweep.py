@@ -2,7 +2,8 @@
 
 A sweep says at the start what it cannot run, goes on after a failure, and when it is started again passes over what is
 finished and goes on with what was cut off. What another sweep is running is left to it, so that several machines may
-share one folder. Light models run in their worker's process, parallel ones under mpirun.
+share one folder. Figures of light models are left to `show`, which draws what is missing: they take ten times the
+pass. Light models run in their worker's process, parallel ones under mpirun.
 """
 
 from __future__ import annotations

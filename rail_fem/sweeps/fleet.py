@@ -1,0 +1,204 @@
+"""The passes of a fleet: what differs from wheel to wheel is drawn at random, and the answer is a distribution.
+
+In a list of changes (rail_fem.sweeps.rows) in place of [rows]:
+
+    [fleet]
+    passes = 128                                     # a power of two keeps Sobol's sequence in balance
+    seed = 1
+    [fleet.draw]
+    "scene.speed" = { mean = "75 mph", deviation = "8 mph", low = "40 mph", high = "100 mph" }  # normal, cut off
+    "scene.axle_load" = { low = "12 t", high = "25 t" }                                         # anything between
+    "scene.wheel.profile" = { of = ["P8", "P8-worn", "P1"], weights = [2, 5, 1] }
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from pydantic import Field, model_validator
+from scipy.stats import binom, qmc, truncnorm
+
+from rail_fem.case.variations import VariationError, field_of
+from rail_fem.hierarchy import MODELS
+from rail_fem.output.markdown import markdown_table
+from rail_fem.output.result import PassResult
+from rail_fem.scene.input_errors import quantity_of
+from rail_fem.scene.scene import Frozen
+from rail_fem.scene.series import DIGITS
+from rail_fem.scene.units import QuantityError, parse, si_factor
+from rail_fem.show.panels import curve, legend_above, new_panels, titled
+from rail_fem.show.style import LINE_OF_MODEL
+from rail_fem.sweeps.trends import MEASURES, Change
+
+QUANTILES = 0.5, 0.9, 0.99
+LEVEL = 0.95  # of the interval of a quantile
+WORST = 0.05  # share of the passes that are looked at by themselves
+
+Results = Mapping[str, PassResult]  # pass -> result
+
+
+class Draw(Frozen):
+    """One key of a pass: one of some values, each by its weight, or a number with its unit between low and high, evenly
+    or normally about a mean."""
+
+    of: tuple[Change, ...] = ()
+    weights: tuple[float, ...] = ()
+    low: str | float | None = None
+    high: str | float | None = None
+    mean: str | float | None = None
+    deviation: str | float | None = None
+
+    @model_validator(mode="after")
+    def _is_one_law(self) -> Draw:
+        ends, normal = (self.low, self.high), (self.mean, self.deviation)
+        if bool(self.of) == any(value is not None for value in (*ends, *normal)):
+            raise ValueError("give either 'of', or low and high, or mean and deviation, which low and high may cut off")
+        if not self.of and None in normal and (None in ends or normal != (None, None)):
+            raise ValueError("give low and high, or mean and deviation, each with its unit")
+        if self.weights and (len(self.weights) != len(self.of) or min(self.weights) < 0 or sum(self.weights) <= 0):
+            raise ValueError("weights: one for each value of 'of', none negative, one at least positive")
+        return self
+
+    def values(self, key: str, shares: np.ndarray) -> list[Change]:
+        """At shares (n,) of the distribution, in 0 to 1, as a case file has them. Errors: VariationError."""
+        if self.of:
+            ends = np.cumsum(self.weights or (1.0,) * len(self.of))
+            at = np.searchsorted(ends / ends[-1], shares, side="right")
+            return [self.of[min(number, len(self.of) - 1)] for number in at]
+        quantity = quantity_of(field_of(key))
+        unit = "" if quantity is None else quantity.unit
+        read = lambda value, without: without if value is None else _number(key, value, unit)
+        low, high = read(self.low, -math.inf), read(self.high, math.inf)
+        if not low < high:
+            raise VariationError(f"fleet.draw: {key}: low must be less than high")
+        if self.mean is None:
+            found = low + shares * (high - low)
+        else:
+            mean, deviation = read(self.mean, 0.0), read(self.deviation, 0.0)
+            if deviation <= 0:
+                raise VariationError(f"fleet.draw: {key}: the deviation must be positive")
+            found = truncnorm.ppf(shares, (low - mean) / deviation, (high - mean) / deviation, mean, deviation)
+        texts = [f"{value / si_factor(unit):.{DIGITS}g}" for value in found]
+        return [float(text) if quantity is None else f"{text} {unit}".strip() for text in texts]
+
+
+class Fleet(Frozen):
+    """How many passes, and what is drawn for each."""
+
+    passes: int = Field(128, ge=2, le=10_000)
+    seed: int = Field(1, ge=0)
+    draw: dict[str, Draw] = Field(min_length=1)
+
+    def rows(self) -> dict[str, dict[str, Change]]:
+        """Name of a pass -> its changes, by Sobol's sequence. Errors: VariationError for a key or unit that there is
+        not."""
+        sequence = qmc.Sobol(len(self.draw), seed=self.seed).random_base2(math.ceil(math.log2(self.passes)))
+        columns = {
+            key: draw.values(key, shares)
+            for (key, draw), shares in zip(self.draw.items(), sequence[: self.passes].T, strict=True)
+        }
+        return {
+            f"pass {number:05d}": {key: values[number - 1] for key, values in columns.items()}
+            for number in range(1, self.passes + 1)
+        }
+
+
+def _number(key: str, value: str | float, unit: str) -> float:
+    """[SI]"""
+    try:
+        return parse(value, unit)[0] if isinstance(value, str) else float(value)
+    except QuantityError as error:
+        raise VariationError(f"fleet.draw: {key}: {error}") from error
+
+
+def quantile_of(values: np.ndarray, share: float) -> tuple[float, float, float]:
+    """A quantile of n values and its interval of level LEVEL by the order of the values, whatever their distribution
+    (binomial; inf where there are too few to bound it)."""
+    ranked = np.concatenate([[-np.inf], np.sort(values), [np.inf]])
+    low, high = binom.ppf([(1 - LEVEL) / 2, (1 + LEVEL) / 2], len(values), share).astype(int)
+    return float(np.quantile(values, share)), float(ranked[low]), float(ranked[high + 1])
+
+
+def fleet_lines(
+    columns: Sequence[str], rows: Mapping[str, Mapping[str, Change]], of_model: Mapping[str, Results]
+) -> list[str]:
+    """Markdown: quantiles of each quantity by each model with what so few passes leave open, and who the worst are.
+    rows : changes of each pass;  of_model : model -> pass -> result"""
+    table, lines = [], []
+    for model, results in of_model.items():
+        for column in columns:
+            values = values_of(column, results)
+            cells = [_interval(*quantile_of(values, share)) if len(values) else "-" for share in QUANTILES]
+            table.append([model, f"{column} [{MEASURES[column].unit}]", str(len(values)), *cells])
+        lines += ["", *worst_lines(columns[0], rows, results, model)]
+    head = ["model", "quantity", "passes", *(f"{share:.0%} of the passes below" for share in QUANTILES)]
+    known = {model: off for model in of_model if (off := MODELS[model].off)}
+    said = ", ".join(f"{model} is off by up to {usual:.0%} in nine of ten" for model, (usual, _) in known.items())
+    about = f"In brackets what so few passes leave open ({LEVEL:.0%}); the model's own error is not in it"
+    return [*markdown_table(head, table), "", f"{about}{f' ({said})' if said else ''}.", *lines]
+
+
+def values_of(column: str, results: Results) -> np.ndarray:
+    """(n,)  of the passes whose model resolves it, in its unit."""
+    measure = MEASURES[column]
+    values = np.array([measure.factor * measure.of(result) for result in results.values()])
+    return values[np.isfinite(values)]
+
+
+def _interval(value: float, low: float, high: float) -> str:
+    ends = [f"{end:.4g}" if math.isfinite(end) else "open" for end in (low, high)]
+    return f"{value:.4g} ({' to '.join(ends)})"
+
+
+def worst_lines(column: str, rows: Mapping[str, Mapping[str, Change]], results: Results, model: str) -> list[str]:
+    """Who the worst passes are: of what is drawn, each kind's share among them and among all, or the means."""
+    measure = MEASURES[column]
+    value = {name: measure.of(result) for name, result in results.items()}
+    ranked = sorted((name for name in value if math.isfinite(value[name])), key=value.__getitem__)
+    worst = ranked[-max(1, round(WORST * len(ranked))) :]
+    if not ranked:
+        return []
+    table = []
+    for key in rows[worst[0]]:
+        among = lambda names: [rows[name][key] for name in names]
+        kinds = sorted({str(kind) for kind in among(ranked)})
+        if len(kinds) < len(ranked) / 2:
+            share = lambda kind, names: f"{sum(str(one) == kind for one in among(names)) / len(names):.0%}"
+            table += [[f"{key} = {kind}", share(kind, worst), share(kind, ranked)] for kind in kinds]
+        else:
+            table.append([key, *(_mean(among(names)) for names in (worst, ranked))])
+    head = ["what is drawn", f"worst {len(worst)} of {len(ranked)} by {column}, {model}", "all"]
+    return markdown_table(head, table)
+
+
+def _mean(values: Sequence[Change]) -> str:
+    """Of texts of one unit."""
+    numbers = [float(str(value).split()[0]) for value in values]
+    return f"{np.mean(numbers):.4g} {' '.join(str(values[0]).split()[1:])}".strip()
+
+
+def fleet_figure(title: str, columns: Sequence[str], of_model: Mapping[str, Results]) -> Figure:
+    """Share of the passes below each value, with what so few passes leave open."""
+    figure, panels = new_panels(3.6 * len(columns), len(columns), 1, squeeze=False)
+    for axes, column in zip(panels[:, 0], columns, strict=True):
+        for model, results in of_model.items():
+            values = np.sort(values_of(column, results))
+            if not len(values):
+                continue
+            shares = (np.arange(len(values)) + 0.5) / len(values)
+            ends = np.clip([quantile_of(values, share)[1:] for share in shares], values[0], values[-1])
+            colour = LINE_OF_MODEL[model][0]
+            axes.fill_betweenx(100 * shares, *ends.T, color=colour, alpha=0.25, lw=0)
+            curve(
+                axes,
+                values,
+                100 * shares,
+                f"{model}, {len(values)} passes; shaded: left open by so few ({LEVEL:.0%})",
+                colour,
+            )
+        axes.set(xlabel=f"{column} [{MEASURES[column].unit}]", ylabel="passes below [%]", ylim=(0, 100))
+        legend_above(axes)
+    return titled(figure, title)

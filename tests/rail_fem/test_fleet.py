@@ -1,0 +1,87 @@
+"""Fleets: what is drawn follows its law, quantiles hold what they claim, wrong keys and units are refused by name."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import expon
+from typer.testing import CliRunner
+
+from rail_fem import cli
+from rail_fem.sweeps.fleet import QUANTILES, Draw, Fleet, quantile_of
+
+CASE = (Path(__file__).resolve().parents[2] / "cases" / "thesis" / "case_02.toml").read_text(encoding="utf-8")
+FILE = """
+title = "A fleet"
+cases = ["case.toml"]
+models = ["p2_formula"]
+columns = ["impact on the wheel"]
+[fleet]
+passes = 32
+[fleet.draw]
+"scene.wheel.profile" = {{ of = ["P8", "P1"], weights = [3, 1] }}
+"scene.speed" = {{ {speed} }}
+"""
+
+
+def test_each_key_is_drawn_by_its_law():
+    shares = (np.arange(1000) + 0.5) / 1000
+    number = lambda texts: np.array([float(text.split()[0]) for text in texts])
+    even = number(Draw(low="50 mph", high="100 mph").values("scene.speed", shares))
+    assert even.min() == pytest.approx(50.025) and even.max() == pytest.approx(99.975)
+    normal = number(Draw(mean="80 mph", deviation="5 mph").values("scene.speed", shares))
+    assert (normal.mean(), normal.std()) == (pytest.approx(80.0), pytest.approx(5.0, rel=0.01))
+    cut = number(Draw(mean="80 mph", deviation="5 mph", high="80 mph").values("scene.speed", shares))
+    assert cut.max() < 80 and cut.mean() == pytest.approx(80 - 5 * np.sqrt(2 / np.pi), rel=1e-3)
+    kinds = Draw(of=("P8", "P1"), weights=(3, 1)).values("scene.wheel.profile", shares)
+    assert kinds.count("P1") == 250
+    assert Draw(low=0.2, high=0.4).values("scene.friction", np.array([0.5])) in ([0.3], ["0.3"])
+
+
+def test_the_same_seed_draws_the_same_fleet():
+    draw = {"scene.speed": Draw(low="50 mph", high="100 mph")}
+    assert Fleet(passes=20, draw=draw).rows() == Fleet(passes=20, draw=draw).rows()
+    assert Fleet(passes=20, draw=draw).rows() != Fleet(passes=20, seed=2, draw=draw).rows()
+
+
+@pytest.mark.parametrize("share", QUANTILES)
+def test_the_interval_of_a_quantile_holds_as_often_as_it_says(share):
+    """Of 2,000 samples of 100, whatever the law; 0.94: four standard deviations of the count below 0.95 are 0.93."""
+    rng = np.random.default_rng(1)
+    truth = expon.ppf(share)
+    ends = [quantile_of(rng.exponential(size=100), share)[1:] for _ in range(2000)]
+    assert np.mean([low <= truth <= high for low, high in ends]) > 0.93
+
+
+def fleet(tmp_path, speed):
+    (tmp_path / "case.toml").write_text(CASE)
+    (tmp_path / "fleet.toml").write_text(FILE.format(speed=speed))
+    words = ["sweep", str(tmp_path / "fleet.toml"), "--out", str(tmp_path / "out")]
+    found = CliRunner().invoke(cli.app, words)
+    return found, " ".join(found.output.split())
+
+
+def test_a_sweep_of_a_fleet_tells_quantiles_and_the_worst(tmp_path):
+    found, words = fleet(tmp_path, 'low = "50 mph", high = "100 mph"')
+    assert found.exit_code == 0, found.output
+    assert "| p2_formula | impact on the wheel [kN] | 32 |" in words and "scene.wheel.profile = P1" in words
+    assert words.count("runs by its defaults") <= 1
+    assert (tmp_path / "out" / "fleet.png").is_file() and "99% of the passes below" in (
+        tmp_path / "out" / "rows.md"
+    ).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("speed", "reason"),
+    [
+        ('low = "50 kg", high = "100 mph"', "fleet.draw: scene.speed:"),
+        ('low = "100 mph", high = "50 mph"', "low must be less than high"),
+        ('mean = "50 mph", deviation = "0 mph"', "the deviation must be positive"),
+        ('mean = "50 mph"', "give low and high, or mean and deviation"),
+        ('of = ["50 mph"], low = "3 mph"', "give either 'of', or low and high"),
+        ('of = ["50 mph"], weights = [1, 2]', "one for each value of 'of'"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused_by_its_key(tmp_path, speed, reason):
+    found, words = fleet(tmp_path, speed)
+    assert found.exit_code == 2 and reason in words and not (tmp_path / "out").exists()
