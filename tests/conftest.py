@@ -106,6 +106,16 @@ def pytest_runtest_makereport(item, call):
     skip_instead(outcome, call, str(item.path))
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Runs leave no figures and no bar of form, nine tenths of what one by a light model costs: for tests of what else a
+    run leaves."""
+    from rail_fem.run import job
+
+    monkeypatch.setattr(job, "draw_run", lambda folder, missing_only=False: [])
+    monkeypatch.setattr(job, "form", lambda result, by_passes: {})
+
+
 def pytest_terminal_summary(terminalreporter):
     skipped: dict[str, list[str]] = {}
     for entry in terminalreporter.stats.get("skipped", []):

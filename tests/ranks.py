@@ -12,18 +12,19 @@ import numpy as np
 from rail_fem.launcher import mpi_command, rank_environment
 
 ROOT = Path(__file__).resolve().parents[1]
+HANGS = 300  # a process that takes so long [s] hangs; nothing is judged by it
 
 
-def run_on_ranks(ranks: int, *words: object, timeout: float = 300, **variables: str) -> subprocess.CompletedProcess:
+def run_on_ranks(ranks: int, *words: object, **variables: str) -> subprocess.CompletedProcess:
     """What `python -m mpi4py WORDS` answers on `ranks` ranks in the repository's root, with these variables beside the
-    environment. A job that hangs ends the test after `timeout` [s]."""
+    environment. A job that hangs ends the test."""
     return subprocess.run(
         [*mpi_command(ranks), sys.executable, "-m", "mpi4py", *map(str, words)],
         cwd=ROOT,
         env=rank_environment() | {"PYTHONPATH": str(ROOT)} | variables,
         capture_output=True,
         text=True,
-        timeout=timeout,
+        timeout=HANGS,
         check=False,
         stdin=subprocess.DEVNULL,
     )

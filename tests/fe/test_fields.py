@@ -21,7 +21,7 @@ from rail_fem.output.vtu_layout import HEXAHEDRON, VtuArray, compressed, lay_out
 from tests.fe.bodies import distort, place, structure_of
 from tests.fe.fields_job import OFFSET, TIME, bodies, motion
 from tests.fe.gathered import gather_cells
-from tests.ranks import printed_by_ranks, run_on_ranks
+from tests.ranks import HANGS, printed_by_ranks, run_on_ranks
 
 READ = """
 import json, sys, vtk
@@ -60,7 +60,7 @@ def frame(tmp_path_factory):
     dynamics.time = 1.25e-3
     path = tmp_path_factory.mktemp("fields") / "frame.vtu"
     write_frame(path, dynamics, 0.0)
-    answer = subprocess.run([sys.executable, "-c", READ, str(path)], capture_output=True, text=True, timeout=120)
+    answer = subprocess.run([sys.executable, "-c", READ, str(path)], capture_output=True, text=True, timeout=HANGS)
     assert answer.returncode == 0, answer.stderr
     return gather_cells(dynamics)[:, :6], json.loads(answer.stdout), path
 
@@ -144,7 +144,7 @@ def test_file_of_one_rank_holds_the_input_mesh_in_its_order(one):
 
 @pytest.mark.mpi
 def test_vtk_reads_a_file_of_several_chunks_as_this_program_does(one):
-    answer = subprocess.run([sys.executable, "-c", READ, str(one)], capture_output=True, text=True, timeout=120)
+    answer = subprocess.run([sys.executable, "-c", READ, str(one)], capture_output=True, text=True, timeout=HANGS)
     assert answer.returncode == 0, answer.stderr
     read, found = json.loads(answer.stdout), read_arrays(one)[0]
     np.testing.assert_array_equal(read["stress"], found["CellData/stress"])
@@ -232,7 +232,7 @@ def test_vtk_reads_arrays_that_lie_beyond_4_gb(tmp_path):
             stream.seek(int(at))
             stream.write(data)
     command = [sys.executable, "-c", SPARSE, str(tmp_path / "large.vtu")]
-    answer = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    answer = subprocess.run(command, capture_output=True, text=True, timeout=HANGS)
     assert answer.returncode == 0, answer.stderr
     cells, points, found = json.loads(answer.stdout)
     assert cells == total

@@ -167,4 +167,4 @@ def windowed_on_one_rank(tmp_path_factory):
 
 def job(ranks: int, out: Path) -> dict:
     """The run of rolling_job.py."""
-    return arrays_of_ranks(ranks, out, "-m", "tests.fe.rolling_job", out, 700, timeout=600)
+    return arrays_of_ranks(ranks, out, "-m", "tests.fe.rolling_job", out, 700)

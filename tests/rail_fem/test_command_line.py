@@ -12,6 +12,7 @@ from rail_fem.output.strict_json import dumps, nan_for_none, to_plain
 from tests.commands import call
 from tests.ranks import run_on_ranks
 
+pytestmark = pytest.mark.usefixtures("undrawn")
 ROOT = Path(__file__).resolve().parents[2]
 REFERENCE = ROOT / "cases" / "nose_transfer.toml"
 # pydantic is missing here: typer itself reads lists with it
@@ -116,7 +117,7 @@ def test_quiet_says_nothing_of_what_goes_on_and_verbose_says_more(case, tmp_path
 @pytest.mark.mpi
 @pytest.mark.validate
 def test_several_ranks_give_one_json_object(case, tmp_path):
-    answer = run_on_ranks(2, "-m", "rail_fem", "check", case, "--model", "lumped", "--json", timeout=60)
+    answer = run_on_ranks(2, "-m", "rail_fem", "check", case, "--model", "lumped", "--json")
     assert answer.returncode == 0 and strict(answer.stdout)["model"] == "lumped"
 
 

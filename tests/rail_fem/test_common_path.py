@@ -79,7 +79,7 @@ def test_on_a_crossing_the_half_space_names_the_better_model_and_on_plain_rail_n
     assert len(named(scene_of())) == 1 and named(scene_of(crossing=Crossing(family="joint"))) == []
 
 
-def test_what_check_warns_of_stands_in_result_and_trust_report(tmp_path):
+def test_what_check_warns_of_stands_in_result_and_trust_report(tmp_path, undrawn):
     """A crossing scaled beyond what was compared, and a surrogate for a worn wheel."""
     case = tmp_path / "case.toml"
     case.write_text(

@@ -41,6 +41,7 @@ from tests.rail_fem.surrogate_run import (
     write_run,
 )
 from tests.rail_fem.test_scene import make_scene
+from tests.ranks import HANGS
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 STRAIN_TITLES = "plastic_strain_plan", "plastic_strain_section"
@@ -76,7 +77,7 @@ def run_alone(*command: str) -> subprocess.CompletedProcess:
     """A process of its own, without a display."""
     environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     return subprocess.run(
-        [sys.executable, *command], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120
+        [sys.executable, *command], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=HANGS
     )
 
 
@@ -125,7 +126,7 @@ def test_title_names_crossing_wheel_speed_direction_and_fault(tmp_path):
 # ---- positions and values
 
 
-@pytest.mark.parametrize("title", ["", "a case", "of many words " * 20])
+@pytest.mark.parametrize("title", ["", "of many words " * 20])
 def test_titles_and_legends_cover_no_other(tmp_path, title):
     """Boxes as drawn. The legend of the view from above lay on the title, and wing's words on nose's over stresses."""
     result = replace(write_run(tmp_path), title=title)
@@ -308,6 +309,7 @@ def test_empty_history_of_a_failed_run_is_said(tmp_path):
 def test_force_that_is_zero_throughout_is_drawn(tmp_path):
     history = surrogate_history() | {name: np.zeros(600) for name in ("force", "force_wing", "force_nose")}
     write_run(tmp_path, history=history, transfer_x=float("nan"))
+    remove(tmp_path / "fields" / "final.vtu", None)  # their figures, which the history does not enter, are words then
     assert {path.name for path in draw_run(tmp_path)} == NAMES
 
 
@@ -364,13 +366,11 @@ def test_fields_that_cannot_be_drawn_are_named_in_the_figure(tmp_path, spoil, sa
 
 def test_only_missing_figures_are_drawn_when_so_asked(tmp_path):
     write_run(tmp_path)
-    draw_run(tmp_path)
-    force = tmp_path / "figures" / "force.png"
-    force.write_bytes(b"mine")
-    (tmp_path / "figures" / "energies.png").unlink()
-    assert [path.name for path in draw_run(tmp_path, missing_only=True)] == [
-        "energies.png"
-    ] and force.read_bytes() == b"mine"
+    (tmp_path / "figures").mkdir()
+    for name in NAMES - {"energies.png"}:
+        (tmp_path / "figures" / name).write_bytes(b"mine")
+    assert [path.name for path in draw_run(tmp_path, missing_only=True)] == ["energies.png"]
+    assert (tmp_path / "figures" / "force.png").read_bytes() == b"mine"
     assert draw_run(tmp_path, missing_only=True) == []
 
 

@@ -22,7 +22,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture
-def case(tmp_path, monkeypatch):
+def drawn_case(tmp_path, monkeypatch):
+    """A case of the toy model; its runs draw their figures."""
     monkeypatch.setitem(
         hierarchy.MODELS, "toy", hierarchy.Model("tests.rail_fem.toy_model", ToySettings, False, "a mass on a spring")
     )
@@ -33,13 +34,18 @@ def case(tmp_path, monkeypatch):
     return path
 
 
+@pytest.fixture
+def case(drawn_case, undrawn):
+    return drawn_case
+
+
 def call(*arguments):
     return CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
 
 
-def test_run_leaves_history_result_and_status_in_the_folder(case, tmp_path):
+def test_run_leaves_history_result_and_status_in_the_folder(drawn_case, tmp_path):
     out = tmp_path / "out"
-    answer = call("run", case, "--out", out)
+    answer = call("run", drawn_case, "--out", out)
     assert answer.exit_code == 0, answer.output
     assert {"case.json", "history.csv", "history.npz", "result.json", "status.json"} <= {
         path.name for path in out.iterdir()
@@ -126,12 +132,12 @@ def everything(folder):
     return {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
-def test_restart_of_a_finished_run_changes_nothing_but_missing_figures(case, tmp_path):
+def test_restart_of_a_finished_run_changes_nothing_but_missing_figures(drawn_case, tmp_path):
     out = tmp_path / "out"
-    call("run", case, "--out", out)
+    call("run", drawn_case, "--out", out)
     (out / "figures" / "force.png").unlink()
     before = everything(out)
-    answer = call("run", case, "--out", out, "--restart")
+    answer = call("run", drawn_case, "--out", out, "--restart")
     assert answer.exit_code == 0 and f"{out}: finished already" in answer.output
     after = everything(out)
     assert set(after) - set(before) == {out / "figures" / "force.png"}
@@ -203,9 +209,9 @@ def test_more_steps_than_before_are_no_finished_run(case, tmp_path):
     assert len(load(out).history["time"]) == 25
 
 
-def test_show_reads_only_when_asked_and_draws_only_what_is_missing(case, tmp_path):
+def test_show_reads_only_when_asked_and_draws_only_what_is_missing(drawn_case, tmp_path):
     out = tmp_path / "out"
-    call("run", case, "--out", out)
+    call("run", drawn_case, "--out", out)
     (out / "figures" / "force.png").unlink()
     before = everything(out)
     assert call("show", out, "--figures", "none").exit_code == 0 and everything(out) == before
@@ -351,7 +357,7 @@ cli.main()
 
 
 def call_on_ranks(ranks, *arguments, **variables):
-    return run_on_ranks(ranks, "-c", ON_RANKS, *arguments, timeout=60, **variables)
+    return run_on_ranks(ranks, "-c", ON_RANKS, *arguments, **variables)
 
 
 @pytest.mark.mpi

@@ -5,6 +5,7 @@ import sys
 import pytest
 
 from rail_fem import launcher
+from tests.ranks import HANGS
 
 BROADCAST = """
 from rail_fem import launcher
@@ -41,7 +42,7 @@ if launcher.rank() == 0:
 def run(command, **options):
     """MPI, once another test has started it in this process, leaves its variables in the C environment; os.environ is
     as the user's was."""
-    return subprocess.run(command, env=dict(os.environ), capture_output=True, text=True, timeout=60, **options)
+    return subprocess.run(command, env=dict(os.environ), capture_output=True, text=True, timeout=HANGS, **options)
 
 
 def test_without_a_launcher_there_is_one_rank_and_no_mpi():

@@ -13,6 +13,7 @@ from rail_fem.output import lock
 from rail_fem.output.runfolder import RunFolderError, fingerprint, held, prepare_folder
 from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_scene import make_scene
+from tests.ranks import HANGS
 
 CASE = fingerprint("fe_full", make_scene(), FeSettings(element_size="1.5 mm"))
 HOLD = "import sys, time\nfrom rail_fem.output import lock\nprint(lock.take(sys.argv[1]), flush=True)\ntime.sleep(60)"
@@ -103,7 +104,7 @@ def test_of_eight_that_come_at_once_one_gets_it(tmp_path, stale):
     runs = [context.Process(target=try_it, args=(tmp_path, ready, out)) for _ in range(8)]
     for run in runs:
         run.start()
-    assert sorted(out.get(timeout=30) for _ in runs) == [False] * 7 + [True]
+    assert sorted(out.get(timeout=HANGS) for _ in runs) == [False] * 7 + [True]
     for run in runs:
         run.join()
 

@@ -104,10 +104,21 @@ def test_main_job_command(tmp_path):
     check_folder(tmp_path / "main")
 
 
+RANKS = next(command for command in COMMANDS if command.startswith("mpirun"))
+
+
+def test_the_command_on_several_ranks_is_that_of_the_main_job():
+    """Which runs above: the same interpreter, options and modules on as many ranks."""
+    program = re.compile(r"\S*python (.*rail_fem run) ")
+    script = (ROOT / "run.sh").read_text(encoding="utf-8")
+    assert program.search(RANKS)[1] in script.splitlines()[-1]
+    assert f"rail_fem.launcher {RANKS.split()[2]})" in script
+
+
 @needs_model
+@pytest.mark.validate
 def test_the_command_on_several_ranks(tmp_path):
-    command = next(command for command in COMMANDS if command.startswith("mpirun"))
-    assert "finished" in run_readme(command, tmp_path)
+    assert "finished" in run_readme(RANKS, tmp_path)
     check_folder(tmp_path / "two_cores")
 
 

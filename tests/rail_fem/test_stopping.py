@@ -12,7 +12,8 @@ from rail_fem import launcher
 from rail_fem.output import lock
 from rail_fem.output.progress import GO_ON, read_status
 from rail_fem.output.result import load
-from tests.rail_fem.test_job import ON_RANKS, ROOT, case  # noqa: F401
+from tests.rail_fem.test_job import ON_RANKS, ROOT, call, case, drawn_case  # noqa: F401
+from tests.ranks import HANGS
 
 ALONE = "from rail_fem import stopping\nstopping.listen()\n" + ON_RANKS
 BUSY = {  # what the main thread does while the signal comes
@@ -75,14 +76,20 @@ def started():
         process.kill()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("what", BUSY)
+@pytest.mark.parametrize(
+    "what, number",
+    [
+        ("python", signal.SIGINT),
+        *((what, signal.SIGTERM) for what in BUSY),
+        *(pytest.param(what, signal.SIGINT, marks=pytest.mark.validate) for what in BUSY if what != "python"),
+    ],
+)
 def test_whatever_the_run_does_it_stops_at_once_with_status_and_sentence(started, tmp_path, what, number):
     run = started([sys.executable, "-c", RUN.format(BUSY[what])], tmp_path)
     assert run.stdout.readline() == "begun\n"
     time.sleep(0.05)
     run.send_signal(number)
-    _, said = run.communicate(timeout=20)
+    _, said = run.communicate(timeout=HANGS)
     assert run.returncode == 128 + number and said == f"\n{number.name}: {GO_ON}\n"
     assert read_status(tmp_path)["state"] == "stopped" and read_status(tmp_path)["message"] == GO_ON
     assert not (tmp_path / lock.LOCK).exists()
@@ -95,7 +102,7 @@ def test_processes_of_a_pool_end_with_the_program(started, number):
     run = started([sys.executable, "-c", POOL])
     assert run.stdout.readline() == "8\n"
     run.send_signal(number)
-    run.communicate(timeout=20)
+    run.communicate(timeout=HANGS)
 
 
 def test_stop_before_anything_is_there_says_so(started, tmp_path):
@@ -108,7 +115,7 @@ def test_stop_before_anything_is_there_says_so(started, tmp_path):
     )
     assert run.stdout.readline() == "begun\n"
     run.send_signal(signal.SIGTERM)
-    _, said = run.communicate(timeout=20)
+    _, said = run.communicate(timeout=HANGS)
     assert run.returncode == 143 and said == "\nSIGTERM: stopped\n"
 
 
@@ -118,18 +125,18 @@ def test_what_the_program_was_started_to_ignore_it_ignores():
         " stopping\nstopping.listen()\nimport os, time; os.kill(os.getpid(), 2); time.sleep(0.2); print('here')"
     )
     assert (
-        subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=30).stdout
+        subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=HANGS).stdout
         == "here\n"
     )
 
 
 def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(started, case, tmp_path):  # noqa: F811
     whole, out = tmp_path / "whole", tmp_path / "out"
-    assert started([sys.executable, "-c", ALONE], "run", case, "--out", whole).wait(60) == 0
+    assert call("run", case, "--out", whole).exit_code == 0
     run = started([sys.executable, "-c", ALONE], "run", case, "--out", out, TOY_SIGNAL="20")
-    _, said = run.communicate(timeout=60)
+    _, said = run.communicate(timeout=HANGS)
     assert run.returncode == 143 and f"SIGTERM: {GO_ON}" in said and read_status(out)["state"] == "stopped"
-    assert started([sys.executable, "-c", ALONE], "run", case, "--out", out, "--restart").wait(60) == 0
+    assert call("run", case, "--out", out, "--restart").exit_code == 0
     assert (
         load(out).history["force"].tobytes() == load(whole).history["force"].tobytes()
         and read_status(out)["state"] == "finished"
@@ -150,11 +157,10 @@ def test_stop_of_mpirun_reaches_the_status(started, case, tmp_path, number):  # 
         out,
         TOY_PAUSE="60",
     )
-    until = time.monotonic() + 40
-    while not (out / "status.json").is_file() and time.monotonic() < until:
+    while not (out / "status.json").is_file() and run.poll() is None:
         time.sleep(0.05)
     run.send_signal(number)
-    _, said = run.communicate(timeout=30)
+    _, said = run.communicate(timeout=HANGS)
     version = subprocess.run(["mpirun", "--version"], capture_output=True, text=True).stdout
     assert run.returncode != 0 and said.count(GO_ON) in ((0, 1) if "(Open MPI) 5" in version else (1,))
     assert read_status(out)["state"] == "stopped" and not (out / lock.LOCK).exists()

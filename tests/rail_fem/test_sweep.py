@@ -20,6 +20,7 @@ from rail_fem.sweeps.compare import compare
 from rail_fem.sweeps.sweep_page import trust_lines
 from rail_fem.sweeps.sweep_report import force_table
 
+pytestmark = pytest.mark.usefixtures("undrawn")
 ROOT = Path(__file__).resolve().parents[2]
 SETTINGS = """
 from rail_fem.fe import compat

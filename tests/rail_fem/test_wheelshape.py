@@ -145,7 +145,7 @@ def test_two_contents_under_one_name_are_two_wheels_for_every_cache(tmp_path):
     assert peak() == worn
 
 
-def test_a_sweep_runs_again_what_another_content_had_answered(tmp_path):
+def test_a_sweep_runs_again_what_another_content_had_answered(tmp_path, undrawn):
     write(tmp_path / "wheel.csv")
     sweep = lambda: one_line(command("sweep", case_with(tmp_path), "--out", tmp_path / "out"))
     force = lambda: max(
@@ -163,7 +163,7 @@ def test_a_sweep_runs_again_what_another_content_had_answered(tmp_path):
     assert sweep().count("finished before") == 2
 
 
-def test_results_of_two_contents_are_two_scenes_for_compare(tmp_path):
+def test_results_of_two_contents_are_two_scenes_for_compare(tmp_path, undrawn):
     case = case_with(tmp_path)
     for name, wheel in (("a", "P8"), ("b", "S1002")):
         write(tmp_path / "wheel.csv", wheel_profile(wheel).points[::5])
@@ -180,7 +180,7 @@ def test_results_of_two_contents_are_two_scenes_for_compare(tmp_path):
 # Kept with the run
 
 
-def test_a_run_is_shown_gone_on_with_and_repeated_from_its_own_folder(tmp_path):
+def test_a_run_is_shown_gone_on_with_and_repeated_from_its_own_folder(tmp_path, undrawn):
     rough = P8 + 20e-6 * np.random.default_rng(3).standard_normal(P8.shape)
     write(tmp_path / "wheel.csv", rough)
     run = lambda case, out, *more: command("run", case, "--model", "lumped", "--out", tmp_path / out, *more)
@@ -214,7 +214,7 @@ def test_case_and_result_state_the_digest(tmp_path):
     assert content in json.loads((tmp_path / "run" / "case.json").read_text())["scene"]["wheel"]["profile"]
 
 
-def test_a_restart_with_another_content_is_refused_and_told_what_to_do(tmp_path):
+def test_a_restart_with_another_content_is_refused_and_told_what_to_do(tmp_path, undrawn):
     write(tmp_path / "wheel.csv")
     assert command("run", case_with(tmp_path), "--model", "lumped", "--out", tmp_path / "run").exit_code == 0
     write(tmp_path / "wheel.csv", wheel_profile("S1002").points[::5])
