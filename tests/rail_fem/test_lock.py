@@ -22,11 +22,10 @@ HOLD = "import sys, time\nfrom rail_fem.output import lock\nprint(lock.take(sys.
 @pytest.fixture
 def other(tmp_path):
     """Another process that holds the folder."""
-    process = subprocess.Popen([sys.executable, "-c", HOLD, str(tmp_path)], stdout=subprocess.PIPE, text=True)
-    assert process.stdout.readline() == "None\n"
-    yield process
-    process.kill()
-    process.wait()
+    with subprocess.Popen([sys.executable, "-c", HOLD, str(tmp_path)], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == "None\n"
+        yield process
+        process.kill()
 
 
 def test_a_lock_that_is_a_link_costs_nobody_the_file_that_it_leads_to(tmp_path):
@@ -99,7 +98,8 @@ def try_it(folder, ready, out):
 def test_of_eight_that_come_at_once_one_gets_it(tmp_path, stale):
     if stale:
         (tmp_path / lock.LOCK).write_text(json.dumps(lock.this_process() | {"began": "1"}))
-    context = multiprocessing.get_context("fork")
+    context = multiprocessing.get_context("forkserver")  # its server has no threads, and imports this file once
+    context.set_forkserver_preload([__name__])
     ready, out = context.Barrier(8), context.Queue()
     runs = [context.Process(target=try_it, args=(tmp_path, ready, out)) for _ in range(8)]
     for run in runs:

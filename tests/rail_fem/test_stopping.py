@@ -35,11 +35,11 @@ with held(folder), Progress(folder, stream=open("/dev/null", "w")) as progress:
     {}
 """
 POOL = """
-import os, time
-from concurrent.futures import ProcessPoolExecutor
+import time
 from rail_fem import stopping
+from rail_fem.pool import executor
 stopping.listen()
-pool = ProcessPoolExecutor(1, initializer=stopping.end_with_parent)
+pool = executor(1)
 print(pool.submit(pow, 2, 3).result(), flush=True)
 time.sleep(60)
 """
