@@ -108,8 +108,8 @@ def pytest_runtest_makereport(item, call):
 
 @pytest.fixture
 def undrawn(monkeypatch):
-    """Runs leave no figures and no bar of form, nine tenths of what one by a light model costs: for tests of what else a
-    run leaves."""
+    """Runs leave no figures and no bar of form, nine tenths of what one by a light model costs: for tests of what else
+    a run leaves."""
     from rail_fem.run import job
 
     monkeypatch.setattr(job, "draw_run", lambda folder, missing_only=False: [])

@@ -59,7 +59,7 @@ def test_in_full_sliding_tractions_are_opposite_to_the_rigid_slip(ratio, creepag
     unit = [
         field[full] / np.linalg.norm(field[full], axis=-1)[:, None] for field in (rolled.traction, slip, rolled.slip)
     ]
-    turned = np.degrees(np.arcsin(np.cross(unit[0], unit[1])))
+    turned = np.degrees(np.arcsin(np.linalg.det(np.stack(unit[:2], axis=-2))))
     assert np.median(np.abs(turned)) < 2.0 and (unit[0] * unit[1]).sum(axis=-1).max() < -0.9
     np.testing.assert_allclose(unit[0], -unit[2], atol=1e-6)
     if creepage.spin == 0:

@@ -93,7 +93,7 @@ def test_coulombs_law_holds_in_every_cell(friction, shift):
     scale = np.hypot(abs(shift.longitudinal) + abs(shift.spin) * 1e-3, abs(shift.lateral) + abs(shift.spin) * 1e-3)
     assert (size <= bound * (1 + 1e-12)).all()
     assert slip[shifted.stick].max(initial=0.0) < 1e-4 * scale
-    across = np.abs(np.cross(shifted.traction, shifted.slip))[shifted.sliding]
+    across = np.abs(np.linalg.det(np.stack([shifted.traction, shifted.slip], axis=-2)))[shifted.sliding]
     assert across.max(initial=0.0) < 1e-4 * scale * bound.max()
     assert (np.einsum("ijk,ijk->ij", shifted.traction, shifted.slip) <= 1e-4 * scale * bound.max()).all()
     assert shifted.frictional_power >= -1e-6 * scale * bound.sum() * patch.grid.cell_area

@@ -70,7 +70,7 @@ def test_the_example_of_a_package_runs(package, tmp_path, monkeypatch):
     np.savetxt("wheel.csv", points, delimiter=",")
     lines = [line[4:] for line in package.__doc__.splitlines() if line.startswith("    ")]
     names: dict = {}
-    exec("\n".join(lines).replace("wheel.whl", "wheel.csv"), names)
+    exec("\n".join(lines).replace('"wheel.whl"', '"wheel.csv", kind="wheel"'), names)
     assert len(names) > 3
 
 
