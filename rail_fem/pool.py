@@ -11,13 +11,13 @@ import multiprocessing
 import os
 import pkgutil
 import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
 from multiprocessing import forkserver
 from typing import Final, TypeVar
 
 from rail_fem.launcher import work_alone
-from rail_fem.stopping import end_with_parent
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -96,9 +96,16 @@ def _alone(work: Callable[[Task], Result], task: Task) -> Result:
 
 
 def _begin() -> None:
-    """In a worker: dies with the program, and leaves the terminal's Ctrl-C to it."""
+    """In a worker: ends with the program, and leaves the terminal's Ctrl-C to it. Its own parent is the server, which a
+    worker would keep alive."""
     signal.signal(signal.SIGINT, lambda *_: None)
-    end_with_parent()
+    threading.Thread(target=_end_with_program, daemon=True).start()
+
+
+def _end_with_program() -> None:
+    if (program := multiprocessing.parent_process()) is not None:
+        program.join()
+        os._exit(1)
 
 
 def _method(home: str) -> str:

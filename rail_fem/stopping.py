@@ -35,9 +35,8 @@ def listen() -> None:
 
 
 def end_with_parent(number: int = signal.SIGKILL) -> None:
-    """Called in a process that works for another one: it is sent this signal when that one dies, even by a kill. A
-    process of a pool would else wait for ever for work, and hears no other signal: it has the handler of `listen`
-    without its thread. Linux only; elsewhere it outlives a kill."""
+    """Called in a process that works for another one: it is sent this signal when that one dies, even by a kill.
+    Linux only; elsewhere it outlives a kill."""
     if _process_control is not None:
         _process_control(PARENT_DEATH_SIGNAL, int(number))
 

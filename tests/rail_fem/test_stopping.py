@@ -95,7 +95,6 @@ def test_whatever_the_run_does_it_stops_at_once_with_status_and_sentence(started
     assert not (tmp_path / lock.LOCK).exists()
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells a process of its parent's end")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
 def test_processes_of_a_pool_end_with_the_program(started, number):
     """They hold its output open as long as they live."""
