@@ -1,7 +1,7 @@
 """Directives that write tables from the program itself, so that the documents cannot say another thing than the code.
 
 `.. case-keys:: module:Class` lists the keys of a typed section: key, unit, range, default, meaning.
-`.. history-columns::` lists the columns of a history.
+`.. history-columns::` lists the columns of a history, `.. commands::` the commands of the terminal with their options.
 """
 
 from __future__ import annotations
@@ -11,8 +11,10 @@ import importlib
 from docutils import nodes
 from docutils.statemachine import StringList
 from sphinx.util.docutils import SphinxDirective
+from typer.main import get_command
 
 from rail_fem.case.keys import section_keys
+from rail_fem.cli import app as terminal
 from rail_fem.output.history import COLUMNS
 from rail_fem.output.markdown import markdown_table
 
@@ -53,8 +55,20 @@ class HistoryColumns(MarkdownTable):
         )
 
 
+class Commands(MarkdownTable):
+    """Commands of the terminal."""
+
+    def run(self):
+        rows = []
+        for name, command in get_command(terminal).commands.items():
+            said = [one.opts[0] if one.opts[0][0] == "-" else one.name.upper() for one in command.params]
+            rows.append([f"`{name}`", command.get_short_help_str(100), " ".join(f"`{one}`" for one in said)])
+        return self.table(["`rail-fem`", "what it does", "takes (`--help` says more)"], rows)
+
+
 def setup(app):
     """Register the directives."""
     app.add_directive("case-keys", CaseKeys)
     app.add_directive("history-columns", HistoryColumns)
+    app.add_directive("commands", Commands)
     return {"parallel_read_safe": True}
