@@ -28,7 +28,7 @@ def case_warnings(scene: Scene, settings: Frozen) -> list[str]:
     warnings = scene_warnings(scene) + _off_the_sections(scene, settings)
     if isinstance(settings, BemPlasticSettings) and scene.crossing.family != JOINT:
         warnings.append(
-            "a half-space has no free side: at the corners of wing and nose bem_plastic is 27 to 39 % low in plastic"
+            "a half-space has no free side: at the corners of wing and nose bem_plastic is 28 to 39 % low in plastic"
             " strain; fe_full at 1.4 mm costs no more and is 1 to 9 % off (docs/speed.md)"
         )
     if isinstance(settings, FeSettings):
