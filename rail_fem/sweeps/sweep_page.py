@@ -192,7 +192,7 @@ def beside_lines(sweep: Sweep) -> list[str]:
     if not table:
         return []
     apart = scenes_apart(sweep.results, sweep.others) or "the same scenes"
-    said = [f"Common to all its cases: {apart}.", *state_lines(sweep.others), *cost_lines(sweep.others)]
+    said = [f"Common to all its cases [SI]: {apart}.", *state_lines(sweep.others), *cost_lines(sweep.others)]
     return [" ".join(said), "", *count_lines(sweep.source.group, sweep.others), "", *table]
 
 

@@ -34,7 +34,7 @@ class Page(NamedTuple):
     scope="module",
     params=[
         ("sixteen_cases", "trends", 2, ("wing", "nose")),
-        ("sixteen_whole", "whole_crossing", 2, ("leg", "wing", "nose")),
+        ("sixteen_whole", "whole_crossing", 3, ("leg", "wing", "nose")),
     ],
     ids=lambda found: found[0],
 )
