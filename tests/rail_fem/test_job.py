@@ -363,14 +363,14 @@ def call_on_ranks(ranks, *arguments, **variables):
 @pytest.mark.mpi
 def test_two_ranks_write_one_folder_and_refuse_it_with_one_voice(case, tmp_path):
     out = tmp_path / "out"
-    answer = call_on_ranks(2, "run", case, "--out", out)
+    answer = call_on_ranks(2, "run", case, "--out", out, RAIL_FEM_SMOKE="1")
     assert answer.returncode == 0, answer.stderr
     assert (
         answer.stdout.count("peaks") == 1
         and load(out).history["time"].size > 0
         and read_status(out)["state"] == "finished"
     )
-    again = call_on_ranks(2, "run", case, "--out", out)
+    again = call_on_ranks(2, "run", case, "--out", out, RAIL_FEM_SMOKE="1")
     assert (
         again.returncode == 2
         and again.stderr.count("--overwrite begins again") == 1
