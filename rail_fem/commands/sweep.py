@@ -60,7 +60,7 @@ def sweep(
     from rail_fem.case.variations import VariationError, read_settings, read_variation
     from rail_fem.hierarchy import MODELS
     from rail_fem.pool import MPI, PoolError
-    from rail_fem.sweeps.rows import cases_of, is_rows, read_rows, write_rows
+    from rail_fem.sweeps.rows import cases_of, is_rows, read_rows, to_prove, write_rows
     from rail_fem.sweeps.sweep import FAILED, jobs_of, read_cases, run_sweep
     from rail_fem.sweeps.sweep_report import failures, sweep_report
     from rail_fem.sweeps.trends import load_source
@@ -104,6 +104,9 @@ def sweep(
     with aside():
         try:
             outcomes = run_sweep(jobs, ranks, tell, workers, pool)
+            better, proofs = ("", []) if rows is None else to_prove(rows, found, outcomes)
+            proofs = [by_each(case, better) for case in proofs]
+            outcomes += run_sweep(jobs_of(proofs, out, [better]), ranks, tell, workers, pool) if proofs else []
         except PoolError as error:
             stop(error)
     report = sweep_report(outcomes, faults)

@@ -9,6 +9,9 @@ In a list of changes (rail_fem.sweeps.rows) in place of [rows]:
     "scene.speed" = { mean = "75 mph", deviation = "8 mph", low = "40 mph", high = "100 mph" }  # normal, cut off
     "scene.axle_load" = { low = "12 t", high = "25 t" }                                         # anything between
     "scene.wheel.profile" = { of = ["P8", "P8-worn", "P1"], weights = [2, 5, 1] }
+
+With proven_by = "fe_full" and proven = 20 so many passes, those about the quantiles, are run by that model too, and the
+quantiles of the others corrected by what they find.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 from pydantic import Field, model_validator
-from scipy.stats import binom, qmc, truncnorm
+from scipy.stats import binom, norm, qmc, t, truncnorm
 
 from rail_fem.case.variations import VariationError, field_of
 from rail_fem.hierarchy import MODELS
@@ -36,6 +39,8 @@ from rail_fem.sweeps.trends import MEASURES, Change
 QUANTILES = 0.5, 0.9, 0.99
 LEVEL = 0.95  # of the interval of a quantile
 WORST = 0.05  # share of the passes that are looked at by themselves
+RESAMPLED = 1000  # times that the proven passes are drawn anew, for the error of the model
+LEAST_PROVEN = 8  # passes
 
 Results = Mapping[str, PassResult]  # pass -> result
 
@@ -91,6 +96,14 @@ class Fleet(Frozen):
     passes: int = Field(128, ge=2, le=10_000)
     seed: int = Field(1, ge=0)
     draw: dict[str, Draw] = Field(min_length=1)
+    proven_by: str = ""
+    proven: int = Field(20, ge=LEAST_PROVEN)
+
+    @model_validator(mode="after")
+    def _by_a_model(self) -> Fleet:
+        if self.proven_by and self.proven_by not in MODELS:
+            raise ValueError(f"proven_by '{self.proven_by}' is not one of {', '.join(MODELS)}")
+        return self
 
     def rows(self) -> dict[str, dict[str, Change]]:
         """Name of a pass -> its changes, by Sobol's sequence. Errors: VariationError for a key or unit that there is
@@ -104,6 +117,42 @@ class Fleet(Frozen):
             f"pass {number:05d}": {key: values[number - 1] for key, values in columns.items()}
             for number in range(1, self.passes + 1)
         }
+
+
+def about_quantiles(values: Mapping[str, float], count: int) -> list[str]:
+    """Names of the passes whose values lie nearest to the quantiles by rank, each quantile's in turn."""
+    ranked = sorted((name for name, value in values.items() if math.isfinite(value)), key=values.__getitem__)
+    near = [sorted(range(len(ranked)), key=lambda at: abs(at + 0.5 - share * len(ranked))) for share in QUANTILES]
+    in_turn = dict.fromkeys(at for turn in zip(*near, strict=True) for at in turn)
+    return [ranked[at] for at in list(in_turn)[:count]]
+
+
+def corrected(light: Mapping[str, float], exact: Mapping[str, float], share: float) -> tuple[float, float, float]:
+    """A quantile as passes proven by a better model have it: (value, model's error, scatter of the traffic), the last
+    two as the logarithms that the value may be off by, each at level LEVEL.
+
+    The logarithm of what the better model finds over what the light one does is a line over the light one's logarithm
+    and a scatter about it; both are drawn anew from the proven passes (bootstrap of pairs, residuals for few passes).
+    """
+    rng, names = np.random.default_rng(0), [name for name in light if light[name] > 0 and math.isfinite(light[name])]
+    known = [name for name in names if exact.get(name, 0.0) > 0]
+    x = np.log([light[name] for name in names])
+    at, off = np.log([light[name] for name in known]), np.log([exact[name] / light[name] for name in known])
+    place = [names.index(name) for name in known]
+    spread = math.sqrt(len(known) / (len(known) - 2))
+
+    def quantile(chosen: np.ndarray, scatter: float) -> float:
+        slope, rise = np.polyfit(at[chosen] - x.mean(), off[chosen], 1)
+        left = off[chosen] - rise - slope * (at[chosen] - x.mean())
+        found = x + rise + slope * (x - x.mean()) + scatter * rng.choice(left, len(x))
+        found[place] = at + off
+        return math.log(np.quantile(np.exp(found), share))
+
+    drawn = [quantile(rng.integers(len(known), size=len(known)), spread) for _ in range(RESAMPLED)]
+    low, value, high = np.quantile(drawn, [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2])
+    wide = t.ppf((1 + LEVEL) / 2, len(known) - 2) / norm.ppf((1 + LEVEL) / 2)  # of a fit to so few
+    middle, *ends = quantile_of(x, share)
+    return math.exp(value), wide * max(high - value, value - low), max(abs(end - middle) for end in ends)
 
 
 def _number(key: str, value: str | float, unit: str) -> float:
@@ -123,29 +172,36 @@ def quantile_of(values: np.ndarray, share: float) -> tuple[float, float, float]:
 
 
 def fleet_lines(
-    columns: Sequence[str], rows: Mapping[str, Mapping[str, Change]], of_model: Mapping[str, Results]
+    fleet: Fleet, columns: Sequence[str], rows: Mapping[str, Mapping[str, Change]], of_model: Mapping[str, Results]
 ) -> list[str]:
-    """Markdown: quantiles of each quantity by each model with what so few passes leave open, and who the worst are.
-    rows : changes of each pass;  of_model : model -> pass -> result"""
+    """Markdown: quantiles of each quantity by each model with what so few passes leave open, as a better model corrects
+    them, and who the worst are. rows : changes of each pass;  of_model : model -> pass -> result"""
     table, lines = [], []
-    for model, results in of_model.items():
+    whole = {model: results for model, results in of_model.items() if model != fleet.proven_by}
+    for model, results in whole.items():
         for column in columns:
             values = values_of(column, results)
-            cells = [_interval(*quantile_of(values, share)) if len(values) else "-" for share in QUANTILES]
-            table.append([model, f"{column} [{MEASURES[column].unit}]", str(len(values)), *cells])
+            which = [f"{column} [{MEASURES[column].unit}]", str(len(values))]
+            numbers = np.array(list(values.values()))
+            cells = [_interval(*quantile_of(numbers, share)) if len(values) else "-" for share in QUANTILES]
+            table.append([model, *which, *cells])
+            proven = values_of(column, of_model.get(fleet.proven_by, {}))
+            if len(set(proven) & set(values)) >= LEAST_PROVEN:
+                by = f"{model}, corrected by {fleet.proven_by} ({len(proven)} passes)"
+                table.append([by, *which, *(_two_errors(*corrected(values, proven, share)) for share in QUANTILES)])
         lines += ["", *worst_lines(columns[0], rows, results, model)]
     head = ["model", "quantity", "passes", *(f"{share:.0%} of the passes below" for share in QUANTILES)]
-    known = {model: off for model in of_model if (off := MODELS[model].off)}
+    known = {model: off for model in whole if (off := MODELS[model].off)}
     said = ", ".join(f"{model} is off by up to {usual:.0%} in nine of ten" for model, (usual, _) in known.items())
     about = f"In brackets what so few passes leave open ({LEVEL:.0%}); the model's own error is not in it"
     return [*markdown_table(head, table), "", f"{about}{f' ({said})' if said else ''}.", *lines]
 
 
-def values_of(column: str, results: Results) -> np.ndarray:
-    """(n,)  of the passes whose model resolves it, in its unit."""
+def values_of(column: str, results: Results) -> dict[str, float]:
+    """Pass -> value in its unit, where the model resolves it."""
     measure = MEASURES[column]
-    values = np.array([measure.factor * measure.of(result) for result in results.values()])
-    return values[np.isfinite(values)]
+    values = {name: measure.factor * measure.of(result) for name, result in results.items()}
+    return {name: value for name, value in values.items() if math.isfinite(value)}
 
 
 def _interval(value: float, low: float, high: float) -> str:
@@ -153,11 +209,15 @@ def _interval(value: float, low: float, high: float) -> str:
     return f"{value:.4g} ({' to '.join(ends)})"
 
 
+def _two_errors(value: float, model: float, traffic: float) -> str:
+    off = [f"{value * math.expm1(error):.2g}" if math.isfinite(error) else "open" for error in (model, traffic)]
+    return f"{value:.4g} (model +- {off[0]}, so few passes +- {off[1]})"
+
+
 def worst_lines(column: str, rows: Mapping[str, Mapping[str, Change]], results: Results, model: str) -> list[str]:
     """Who the worst passes are: of what is drawn, each kind's share among them and among all, or the means."""
-    measure = MEASURES[column]
-    value = {name: measure.of(result) for name, result in results.items()}
-    ranked = sorted((name for name in value if math.isfinite(value[name])), key=value.__getitem__)
+    value = values_of(column, results)
+    ranked = sorted(value, key=value.__getitem__)
     worst = ranked[-max(1, round(WORST * len(ranked))) :]
     if not ranked:
         return []
@@ -185,7 +245,7 @@ def fleet_figure(title: str, columns: Sequence[str], of_model: Mapping[str, Resu
     figure, panels = new_panels(3.6 * len(columns), len(columns), 1, squeeze=False)
     for axes, column in zip(panels[:, 0], columns, strict=True):
         for model, results in of_model.items():
-            values = np.sort(values_of(column, results))
+            values = np.sort(list(values_of(column, results).values()))
             if not len(values):
                 continue
             shares = (np.arange(len(values)) + 0.5) / len(values)

@@ -17,7 +17,7 @@ In place of [rows] a table [fleet] draws them (rail_fem.sweeps.fleet).
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -34,7 +34,7 @@ from rail_fem.output.result import PassResult, load
 from rail_fem.scene.scene import Frozen
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds, history_error
-from rail_fem.sweeps.fleet import Fleet, fleet_figure, fleet_lines
+from rail_fem.sweeps.fleet import Fleet, about_quantiles, fleet_figure, fleet_lines, values_of
 from rail_fem.sweeps.group_figure import group_figure
 from rail_fem.sweeps.sweep import Outcome
 from rail_fem.sweeps.trends import MEASURES, Change, TrendError
@@ -109,7 +109,7 @@ def write_rows(rows: Rows, outcomes: list[Outcome], out: Path) -> str:
     results = {(o.job.case.name, o.job.model): load(o.job.folder) for o in outcomes if o.has_result}
     labels = {name_of(Path(file), words, rows): (words, file) for words in rows.rows for file in rows.cases}
     if rows.fleet:
-        return _write_fleet(rows, labels, results, out)
+        return _write_fleet(rows, rows.fleet, labels, results, out)
     text = f"# {rows.title}\n\n" + "\n".join(rows_table(rows, labels, results)) + "\n"
     write_text_atomically(out / "rows.md", text)
     for model in {model for _, model in results}:
@@ -121,17 +121,30 @@ def write_rows(rows: Rows, outcomes: list[Outcome], out: Path) -> str:
     return text
 
 
-def _write_fleet(rows: Rows, labels: Mapping, results: Mapping[tuple[str, str], PassResult], out: Path) -> str:
+def to_prove(rows: Rows, cases: Sequence[Case], outcomes: Sequence[Outcome]) -> tuple[str, list[Case]]:
+    """A fleet's better model, and those cases that it runs as well, by what the first model of the file has found of
+    the first column."""
+    if rows.fleet is None or not rows.fleet.proven_by:
+        return "", []
+    done = {o.job.case.name: load(o.job.folder) for o in outcomes if o.has_result and o.job.model == rows.models[0]}
+    names = about_quantiles(values_of(rows.columns[0], done), rows.fleet.proven)
+    return rows.fleet.proven_by, [case for case in cases if case.name in names]
+
+
+def _write_fleet(
+    rows: Rows, fleet: Fleet, labels: Mapping, results: Mapping[tuple[str, str], PassResult], out: Path
+) -> str:
     of_model = {
         model: {words: results[name, model] for name, (words, _) in labels.items() if (name, model) in results}
         for model in MODELS
         if any(model == other for _, other in results)
     }
-    text = "\n".join([f"# {rows.title}", "", *fleet_lines(rows.columns, rows.rows, of_model)]) + "\n"
+    text = "\n".join([f"# {rows.title}", "", *fleet_lines(fleet, rows.columns, rows.rows, of_model)]) + "\n"
     write_text_atomically(out / "rows.md", text)
-    if of_model:
+    whole = {model: found for model, found in of_model.items() if model != fleet.proven_by}
+    if whole:
         with lettering():
-            save(fleet_figure(rows.title, rows.columns, of_model), out / "fleet.png")
+            save(fleet_figure(rows.title, rows.columns, whole), out / "fleet.png")
     return text
 
 
