@@ -1,5 +1,6 @@
 """2.5D slices against Hertz, plane strain, a pin in its hole, and what they refuse."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -157,11 +158,17 @@ def test_a_direction_counts_by_where_it_points_not_by_its_length():
         )
 
 
-def test_on_a_flank_the_estimate_says_that_it_is_of_the_cells_alone():
-    """Down along 65 degrees, as a wheel on its flange, not straight into the face."""
+def test_on_a_flank_the_estimate_holds_what_the_model_leaves():
+    """Down along 65 degrees, as a wheel on its flange: on flanks of 70 degrees the model was found 4.0 % off in
+    pressure and 2.4 % in force, by 1 - cosine 88 % of that here. Straight into the face, the same contact, nothing."""
     straight, deep, down, approach = flank()
-    assert "on flanges the model is" in on_flank(down, True, approach=approach).error.note
-    assert "on flanges" not in on_flank(straight, True, approach=deep).error.note
+    leaning, level = on_flank(down, True, approach=approach).error, on_flank(straight, True, approach=deep).error
+    shares = [[float(share) / 100 for share in re.findall(r"([.\d]+)%", error.note)] for error in (leaning, level)]
+    assert shares[0][0] > 0.88 * 0.04 and shares[0][1] > 0.88 * 0.024 and shares[1] == [0.0, 0.0]
+    assert leaning.max_pressure > shares[0][0] and leaning.normal > shares[0][1]
+    # of the same cells both have the same error but for where these lie
+    assert leaning.max_pressure - shares[0][0] == pytest.approx(level.max_pressure, rel=0.15)
+    assert leaning.normal - shares[0][1] == pytest.approx(level.normal, rel=0.15)
 
 
 def test_gap_at_an_approach_is_that_of_two_circles():
