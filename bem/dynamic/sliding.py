@@ -24,6 +24,7 @@ from bem.dynamic.impact import (
     Struck,
     check_strike,
     strike,
+    warn_of_edges,
     warn_unless_touching,
 )
 from bem.dynamic.marching import March
@@ -108,6 +109,7 @@ def strike_sliding(
     check_strike(struck, march, steps)
     impact = _SlidingRun(struck, striker, sliding, march).go(steps, keep or (lambda k: False))
     warn_unless_touching(impact)
+    warn_of_edges(impact)
     return impact
 
 

@@ -1,5 +1,7 @@
 """Something strikes a bar: exact forces, flying off and landing again, energy, and what is refused."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -100,6 +102,24 @@ def test_the_dynamic_compliance_is_positive_at_any_step(bar):
 def test_a_striker_that_never_arrives_is_warned_of():
     with pytest.warns(ImpactWarning, match="never touches"):
         hit(struck_bar(gap=0.1), velocity=0.01, until=1.0)
+
+
+@pytest.mark.parametrize("beside, force", [(0.0, 1.30 * 1.10), (0.5, 1.30)])
+def test_a_flat_striker_counts_its_width_or_says_so(beside, force):
+    """Eight elements under a punch that moves into the middle of a block's side: the mean force over the time in which
+    a wave runs from a quarter to the whole of its width w, in units of rho c v w. On 4, 8 and 16 elements, edges on
+    nodes or a quarter or half an element beside them, it comes to 1.30."""
+    size, wide = HEIGHT / 16, HEIGHT / 2
+    mesh = mesh_outline(box(HEIGHT, HEIGHT), Sizing(size))
+    punch = box(0.3, wide, held="right", face="left").moved(np.array([HEIGHT, HEIGHT / 4 + beside * size]))
+    solid = Inertial(Body(box(HEIGHT, HEIGHT), MATERIAL), mesh, fill_with_cells(mesh, Sizing(size)), 1.0)
+    struck = Struck(solid, StrikerOutline(Body(punch, MATERIAL), mesh_outline(punch, Sizing(size))), 0.05)
+    march = March(struck.body, wide / 64, BACKWARD_EULER)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", ImpactWarning)
+        impact = strike(struck, Striker(path=lambda t: -SPEED * t, axis=(1.0, 0.0)), march, 64)
+    assert impact.force[16:].mean() / (SPEED * wide) == pytest.approx(force, rel=0.015)
+    assert [("0.125 m wide" in str(one.message)) for one in said] == ([] if beside else [True])
 
 
 def test_factors_are_kept_while_the_same_nodes_touch(bar):
