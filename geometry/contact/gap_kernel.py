@@ -19,6 +19,9 @@ MOST_POINTS = 24
 STATION, GAP, WHEEL_SLOPE, SLOPE_X, BRANCH = range(5)  # rows of a position: the slopes are dz/dy and dz/dx
 POSITION = 5
 NO_RAIL = 1e3  # gap where there is no rail or no outline [m]
+# of `nearby`: by how much the gap may exceed the least [m]; roll [rad] and lowering [m] over which no other station can
+# come to touch, up to a slope of 10 of the bodies
+NEAR_GAP, NEAR_ROLL, NEAR_LOWERING = 2e-3, 2.5e-4, 0.5e-3
 
 
 class Side(NamedTuple):
@@ -31,6 +34,21 @@ class Side(NamedTuple):
     rail: Any
     tip: float
     radius: float
+
+
+class Touch(NamedTuple):
+    """Two wheels that just touch: roll, height of the pivot, what is left of the difference of both gaps [m], d gap / d
+    roll of each side [m/rad], roll at which the stations near the contact were looked for, Side of each with these
+    alone, inf for all stations."""
+
+    roll: float
+    height: float
+    difference: float
+    arm_left: float
+    arm_right: float
+    scanned: float
+    left: Any
+    right: Any
 
 
 class ContactRow(NamedTuple):
@@ -304,35 +322,62 @@ def lowest(stations, wheel, rail, pose, tip):
 
 
 @njit(cache=True, error_model="numpy")
-def least_gap(side, sign, lateral, yaw, roll, lever, arm, fresh):
-    """As `lowest`, of a Side, sign +1 left, -1 right; `fresh`: the rail is made
-    ready first."""
+def least_gap(side, sign, lateral, yaw, roll, lever, arm):
+    """As `lowest`, of a Side, sign +1 left, -1 right."""
     pose = side_pose(sign, lateral, yaw, roll, lever, arm, side.radius)
-    if fresh:
-        prepare(side.stations, side.rail, pose)
     return lowest(side.stations, side.wheel, side.rail, pose, side.tip)
 
 
 @njit(cache=True, error_model="numpy")
-def roll_and_height(left, right, lateral, yaw, roll, lever, arm):
-    """Roll at which both wheels are equally near to their rails, height of the pivot at which they touch, what is left
-    of the difference [m]. Newton from `roll`: the difference of the least gaps is continuous and grows by about 1.5
-    m/rad.
+def nearby(side, sign, lateral, yaw, roll, lever, arm):
+    """The Side with the stations only between which the gap is within NEAR_GAP of the least; all where there is no
+    rail. Arguments of least_gap."""
+    pose = side_pose(sign, lateral, yaw, roll, lever, arm, side.radius)
+    least = np.full(side.stations.shape[1], NO_RAIL)
+    for index in range(branches(side.rail)):
+        track = branch(side.rail, index, 0.0)
+        least = np.minimum(least, gaps_at(side.stations, side.wheel, track, pose, side.tip)[0])
+    near = np.flatnonzero(least < min(least.min() + NEAR_GAP, NO_RAIL))
+    if len(near) == 0:
+        return side
+    between = side.stations[:, max(near[0] - 1, 0) : near[-1] + 2].copy()
+    return Side(between, side.wheel, side.rail, side.tip, side.radius)
+
+
+@njit(cache=True, error_model="numpy")
+def touch(left, right, lateral, yaw, roll, lever, arm):
+    """Touch of two wheels that are equally near to their rails. Newton from `roll`: the difference of the least gaps is
+    continuous and grows by about 1.5 m/rad.
     """
-    height, difference = 0.0, NO_RAIL
-    gap, slope = np.empty(2), np.empty(2)
+    height, difference, scanned = 0.0, NO_RAIL, np.inf
+    near_left, near_right, gap, slope = left, right, np.empty(2), np.empty(2)
+    # the sides may be of two kinds: no loop over them
+    prepare(left.stations, left.rail, side_pose(1.0, lateral, yaw, roll, lever, arm, left.radius))
+    prepare(right.stations, right.rail, side_pose(-1.0, lateral, yaw, roll, lever, arm, right.radius))
     for count in range(60):
-        # the sides may be of two kinds: no loop over them
-        gap[0], slope[0] = least_gap(left, 1.0, lateral, yaw, roll, lever, arm, count == 0)
-        gap[1], slope[1] = least_gap(right, -1.0, lateral, yaw, roll, lever, arm, count == 0)
+        if count > 0 and abs(roll - scanned) > NEAR_ROLL:
+            near_left, near_right = (
+                nearby(left, 1.0, lateral, yaw, roll, lever, arm),
+                nearby(right, -1.0, lateral, yaw, roll, lever, arm),
+            )
+            scanned = roll
+        gap[0], slope[0] = least_gap(near_left, 1.0, lateral, yaw, roll, lever, arm)
+        gap[1], slope[1] = least_gap(near_right, -1.0, lateral, yaw, roll, lever, arm)
         if gap.max() >= NO_RAIL:
-            return roll, 0.0, NO_RAIL
+            return Touch(roll, 0.0, NO_RAIL, 0.0, 0.0, scanned, left, right)
         height, difference = -0.5 * (gap[0] + gap[1]), gap[0] - gap[1]
         step = -difference / max(slope[0] + slope[1], 0.1)
         if abs(difference) < 2e-15 or abs(step) < 1e-16:
             break
         roll += min(max(step, -0.02), 0.02)
-    return roll, height, difference
+    return Touch(roll, height, difference, slope[0], slope[1], scanned, near_left, near_right)
+
+
+@njit(cache=True, error_model="numpy")
+def roll_and_height(left, right, lateral, yaw, roll, lever, arm):
+    """Roll, height and difference of `touch`."""
+    found = touch(left, right, lateral, yaw, roll, lever, arm)
+    return found.roll, found.height, found.difference
 
 
 @njit(cache=True, error_model="numpy")

@@ -32,14 +32,15 @@ GUESS = 0.45  # the first patch is where the depth is larger than this part of t
 
 
 @njit(cache=True, error_model="numpy")
-def influence(strips, length, modulus):
+def influence(strips, rows, length, modulus):
     """(m, m LINE) depth that 1 N in a cell of one strip takes from the cells of all others [m/N]: row i, entry j LINE +
     ROWS - 1 + k for the cell of strip j that lies k rows ahead of that of strip i.
 
-    strips : (STRIP, m);  length : of a cell along x [m]
+    strips : (STRIP, m);  rows : (2, m) first and last row of each that may carry, for which alone it is found
+    length : of a cell along x [m]
     """
     m = strips.shape[1]
-    lines, table = np.empty((m, m * LINE)), np.empty(LINE)
+    lines, table = np.empty((m, m * LINE)), np.zeros(LINE)
     for i in range(m):
         for j in range(i, m):
             facing = (strips[NX, i] * strips[NX, j] + strips[NY, i] * strips[NY, j] + strips[NZ, i] * strips[NZ, j]) / (
@@ -49,7 +50,9 @@ def influence(strips, length, modulus):
                 np.hypot(strips[Y, i] - strips[Y, j], strips[Z, i] - strips[Z, j]),
                 strips[X, j] - strips[X, i],
             )
-            fill_pair(table, shift, apart, length, strips[WIDTH, i], strips[WIDTH, j])
+            first, last = ROWS - 1 + rows[0, j] - rows[1, i], ROWS - 1 + rows[1, j] - rows[0, i]
+            table[:first], table[last + 1 :] = 0.0, 0.0
+            fill_pair(table, first, last, shift, apart, length, strips[WIDTH, i], strips[WIDTH, j])
             for k in range(LINE):
                 lines[i, j * LINE + k] = facing * table[k]
                 lines[j, i * LINE + LINE - 1 - k] = facing * table[k]
@@ -71,14 +74,16 @@ def chosen_matrix(lines, strip, row, chosen):
 
 @njit(cache=True, error_model="numpy")
 def pressed_down(lines, strip, row, force):
-    """(m LINE,) what forces (c,) of cells take from the depth of all cells; that of strip i and row k stands at i LINE
-    + k, and all else has no meaning."""
-    total = np.zeros(lines.shape[1])
+    """(m ROWS,) what forces (c,) of cells take from the depth of the cells of all strips, row by row; it has no meaning
+    where none overlaps."""
+    m = len(lines)
+    total = np.zeros(m * ROWS)
     for c in range(len(force)):
         if force[c] > 0:
-            factor, line = force[c], lines[strip[c], ROWS - 1 - row[c] :]
-            for q in range(len(line)):
-                total[q] += factor * line[q]
+            factor, line, back = force[c], lines[strip[c]], ROWS - 1 - row[c]
+            for j in range(m):
+                for k in range(ROWS):
+                    total[j * ROWS + k] += factor * line[j * LINE + back + k]
     return total
 
 
@@ -176,7 +181,7 @@ def solve_cells(lines, strip, row, depth, width, guess, residual):
         pressed, joined = pressed_down(lines, strip, row, force), False
         for c in range(len(force)):
             if force[c] == 0:
-                short = depth[c] - pressed[strip[c] * LINE + row[c]]
+                short = depth[c] - pressed[strip[c] * ROWS + row[c]]
                 if short > slack:
                     force[c], joined = 0.5 * short / lines[strip[c], strip[c] * LINE + ROWS - 1], True
                     left_over = max(left_over, short)

@@ -150,11 +150,11 @@ def _between_bounds(
     def excess(roll: float) -> tuple[float, float]:
         height = height_under("left", roll, loads[0])
         if loads[1] == 0:  # then the right wheel just touches
-            return height, -least_gap(sides["right"], -1.0, lateral, yaw, roll, lever, arm, False)[0] - height
+            return height, -least_gap(sides["right"], -1.0, lateral, yaw, roll, lever, arm)[0] - height
         return height, carried("right", roll, height) / loads[1] - 1
 
     def height_under(side: str, roll: float, load: float) -> float:
-        in_contact = -least_gap(sides[side], SIDES[side], lateral, yaw, roll, lever, arm, False)[0]
+        in_contact = -least_gap(sides[side], SIDES[side], lateral, yaw, roll, lever, arm)[0]
         deep = (load / (0.7 * modulus)) ** (2 / 3)
         while load > 0 and carried(side, roll, in_contact - deep) < load:
             deep *= 2

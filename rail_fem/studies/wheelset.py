@@ -1,5 +1,5 @@
 """A wheelset's contact: curves over lateral shift on plain line (thesis Figs. 3-7 to 3-9) with conicity, and the time
-of a loaded state on a crossing against its error, as search and sections are refined.
+of a loaded state there and on a crossing against its error, as search and sections are refined.
 
     rail-fem study wheelset --out wheelset [--wheel P1 --rail 60E1 --inclination 0.025]
 
@@ -143,10 +143,13 @@ def main(
     jumps = np.array2string(curves.jumps() / MM, precision=2)
     told = [[f"{a / MM:g}", f"{c:.4f}"] for a, c in zip(AMPLITUDES, conicity)]
     settings = SETTINGS[:2] if quick else SETTINGS
-    states = speed_against_error(CastCrossing(ratio), wheel, 10 if quick else count, settings)
+    count = 10 if quick else count
+    states = speed_against_error(CastCrossing(ratio), wheel, count, settings)
+    _, plain = answers(SurfaceSearch(search.wheelset, search.track), random_states(count), 3)
+    times = f"Loaded states on 1:{ratio:g}; on plain line {plain * 1e3:.2g} ms"
     tables = [
         Table(["amplitude [mm]", "equivalent conicity"], told, f"Jumps of the contact at {jumps} mm"),
-        Table(["sections [mm]", "stations [mm]", "ms a state", *ERRORS], states, f"Loaded states on 1:{ratio:g}"),
+        Table(["sections [mm]", "stations [mm]", "ms a state", *ERRORS], states, times),
     ]
     publish("wheelset", out, tables, partial(draw, curves, loaded, conicity, title), title)
     if out is not None:

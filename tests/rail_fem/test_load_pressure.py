@@ -38,7 +38,7 @@ def mean_inverse(x: float, apart: float, length: float, width: float) -> float:
 def test_means_of_inverse_distance_are_those_of_quadrature(shift, apart):
     """Love's integral to the quadrature's error, beyond NEAR cells the series to 0.3 %."""
     length, one, other, table = 0.8e-3, 0.3e-3, 0.5e-3, np.empty(LINE)
-    fill_pair(table, shift, apart, length, one, other)
+    fill_pair(table, 0, LINE - 1, shift, apart, length, one, other)
     for k in range(LINE):
         x = (k - ROWS + 1) * length + shift
         mean = 0.5 * (mean_inverse(x, apart, length, one) + mean_inverse(x, apart, length, other))
@@ -71,7 +71,9 @@ def cells_of_a_patch(second: float):
 def test_every_cell_either_carries_without_gap_or_is_free(second, begun):
     """Of all cells, also of those that were left out of the solution; whatever it begins with."""
     strips, strip, row, depth, length = cells_of_a_patch(second)
-    lines = influence(strips, length, MODULUS)
+    of_strips = [row[strip == i] for i in range(strips.shape[1])]
+    rows = np.array([[some.min(initial=ROWS - 1), some.max(initial=0)] for some in of_strips]).T.copy()
+    lines = influence(strips, rows, length, MODULUS)
     guess = np.zeros(len(depth))
     if begun == "with another's forces":
         guess = solve_cells(lines, strip, row, 100e-6 - depth, strips[WIDTH][strip], guess, 1e-3)[0]
