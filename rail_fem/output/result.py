@@ -18,12 +18,12 @@ import numpy as np
 from pydantic import ValidationError
 
 from rail_fem.atomic import write_atomically, write_text_atomically
-from rail_fem.output.history import complete_history, shown_table
+from rail_fem.output.history import COLUMNS, complete_history, shown_table
 from rail_fem.output.strict_json import NAN, dumps, nan_for_none
 from rail_fem.output.trust import trust_text
-from rail_fem.output.versions import import_pandas, versions
+from rail_fem.output.versions import import_pandas, import_xarray, versions
 from rail_fem.scene.scene import Scene
-from rail_fem.scene.units import engineering
+from rail_fem.scene.units import SI_OF, engineering
 
 RESULT_VERSION = 3  # 2: the same without a seal
 
@@ -204,6 +204,32 @@ class PassResult:
             return pandas.DataFrame(dict(self.history))
         header, table = shown_table(self.history)
         return pandas.DataFrame(table, columns=header)
+
+    def to_xarray(self):
+        """The history over time as an xarray.Dataset in SI, x a second coordinate; peaks as numbers of their own with
+        place, time and bars in their attributes. All have units and long_name.
+
+        Errors: ModuleNotFoundError where xarray is not installed.
+        """
+        xarray = import_xarray()
+        columns = {
+            name: (
+                "time",
+                self.history[name],
+                {"units": SI_OF.get(column.unit, column.unit), "long_name": column.meaning},
+            )
+            for name, column in COLUMNS.items()
+        }
+        coordinates = {name: columns.pop(name) for name in ("time", "x")}
+        about = {"model": self.model, "title": self.title, "fault": self.fault, "transfer_x": self.transfer_x}
+        peaks = {}
+        for name, peak in self.peaks.items():
+            told = {"units": peak.unit, "long_name": name.replace("_", " ")}
+            told |= {key: getattr(peak, key) for key in ("x", "y", "z", "time", "size")}
+            bars = {"error_bar": self.error_bars.get(name, NAN), "form_bar": self.form_bar(name)}
+            known = {key: value for key, value in (told | bars).items() if value == value}
+            peaks[name] = ((), peak.value, known)
+        return xarray.Dataset(columns | peaks, coordinates, about)
 
     def save(self, folder: Path | str) -> None:
         """Write history.csv (units in its header), history.npz (SI), trust.txt, result.json and the profile of a

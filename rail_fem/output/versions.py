@@ -63,6 +63,16 @@ def import_pandas():
     return pandas
 
 
+def import_xarray():
+    """The package xarray, of those alone who ask for its data sets. Errors: ModuleNotFoundError, with what to do."""
+    try:
+        import xarray
+    except ModuleNotFoundError as error:
+        words = "data sets need xarray: pip install xarray; to_dataframe and the .csv files hold the same without it"
+        raise ModuleNotFoundError(words, name="xarray") from error
+    return xarray
+
+
 def git_revision() -> str:
     """Commit of the project's checkout, "-dirty" when tracked files differ that are no documents; empty outside a
     checkout."""

@@ -36,6 +36,9 @@ SHOWN = {
 }
 
 
+SI_OF = {shown: si for si, (shown, _) in SHOWN.items()} | {"ms": "s", "mrad": "rad"}  # the other way
+
+
 class QuantityError(ValueError):
     """A value that is not a number with a fitting unit; the message is the remedy."""
 

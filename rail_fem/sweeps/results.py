@@ -10,12 +10,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from rail_fem.hierarchy import MODELS
 from rail_fem.output.events import flights, stated_peaks
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult, Peak
-from rail_fem.output.versions import import_pandas
+from rail_fem.output.versions import import_pandas, import_xarray
 from rail_fem.scene.units import SHOWN
 from rail_fem.sweeps.compare import core_seconds
 from rail_fem.sweeps.parameters import Values, asked_values, shown_value, title_of, varied_keys
@@ -103,6 +105,29 @@ class SweepResults:
 
         return pandas.DataFrame(self.rows())
 
+    def to_xarray(self):
+        """The rows as an xarray.Dataset over what varies and the model, where the cases are a grid of that, else over
+        case and model; units in the attributes, those of the rows; NaN, or "", where there is no run.
+
+        Errors: ModuleNotFoundError where xarray is not installed.
+        """
+        xarray, rows, keys = import_xarray(), self.rows(), [title_of(key) for key in self.varied]
+        values = {key: list(dict.fromkeys(row[key] for row in rows)) for key in keys}
+        grid = math.prod(map(len, values.values())) == len(self)
+        axes = (values if grid else {"case": list(self)}) | {"model": list(dict.fromkeys(row["model"] for row in rows))}
+        places = [tuple(choices.index(row[axis]) for axis, choices in axes.items()) for row in rows]
+        shape, dims = tuple(map(len, axes.values())), [_name(axis) for axis in axes]
+
+        def table(column: str) -> tuple:
+            numbers = all(isinstance(row[column], (int, float)) for row in rows)
+            found = np.full(shape, NAN if numbers else "", dtype=float if numbers else object)
+            for place, row in zip(places, rows):
+                found[place] = row[column]
+            return dims, found, {"units": column.partition(" [")[2].removesuffix("]"), "long_name": column}
+
+        coordinates = {_name(axis): (_name(axis), choices, {"long_name": axis}) for axis, choices in axes.items()}
+        return xarray.Dataset({_name(column): table(column) for column in rows[0] if column not in axes}, coordinates)
+
     def to_csv(self) -> str:
         """The rows as CSV; empty where a model does not resolve a quantity."""
         rows, text = self.rows(), io.StringIO()
@@ -130,6 +155,11 @@ def claimed_error(result: PassResult) -> float:
     the pressures in patches is none of a force."""
     known = [abs(v) for name, v in result.error_estimate.items() if name != "pressure" and math.isfinite(v)]
     return sum(known) if known else NAN
+
+
+def _name(column: str) -> str:
+    """A column's name without its unit, as one word."""
+    return column.partition(" [")[0].replace(AT, "_x").replace(" ", "_")
 
 
 def _is_nan(value: Any) -> bool:

@@ -12,6 +12,8 @@ import pytest
 import bem
 import geometry
 import rail_fem
+from rail_fem.output.history import COLUMNS
+from rail_fem.scene.units import root_units, si_factor
 
 ROOT = Path(__file__).resolve().parents[2]
 CASE = ROOT / "cases" / "nose_transfer.toml"
@@ -152,6 +154,20 @@ def test_a_history_becomes_a_data_frame(result):
     assert np.allclose(shown["force [kN]"] * 1e3, plain["force"], rtol=1e-12, equal_nan=True)
 
 
+def test_a_history_becomes_a_data_set_in_si_with_its_units(result):
+    pytest.importorskip("xarray")
+    found = result.to_xarray()
+    assert found["force"].dims == ("time",) and np.array_equal(found["x"], result.history["x"])
+    assert found["force"].attrs["units"] == "N" and found["wheel_height"].attrs["units"] == "m"
+    for name, column in COLUMNS.items():  # SI, and of the dimension that tables show
+        unit = found[name].attrs["units"].removeprefix("1")  # a plain number
+        assert si_factor(unit) == pytest.approx(1.0) and root_units(unit)[1] == root_units(column.unit)[1]
+        assert found[name].attrs["long_name"] == column.meaning
+    largest = found["largest_force"]
+    assert float(largest) == result.peaks["largest_force"].value and largest.attrs["units"] == "N"
+    assert largest.attrs["x"] == result.peaks["largest_force"].x
+
+
 def test_the_force_is_drawn(result, tmp_path):
     rail_fem.plot_force(result, "a title").savefig(tmp_path / "force.png")
     assert (tmp_path / "force.png").stat().st_size > 5000
@@ -186,6 +202,12 @@ def test_a_sweep_folder_is_read_at_once(result, tmp_path):
         sweep["60_mph"]
     pytest.importorskip("pandas")
     assert list(sweep.to_dataframe()["case"]) == ["50_mph", "75_mph"]
+    pytest.importorskip("xarray")
+    forces = sweep.to_xarray()["largest_force"]
+    assert forces.dims == ("scene.speed", "model") and forces.attrs["units"] == "kN"
+    assert float(forces.sel({"scene.speed": 75, "model": "lumped"})) * 1e3 == pytest.approx(
+        result.peaks["largest_force"].value, rel=1e-12
+    )
     with pytest.raises(FileNotFoundError):
         rail_fem.load_sweep(tmp_path / "nothing")
 

@@ -164,6 +164,17 @@ def test_a_grid_is_one_table_with_what_varies_as_columns(swept):
     assert "varies: scene.foundation.stiffness, scene.speed" in call("show", swept)
 
 
+def test_a_grid_is_a_data_set_over_what_varies(swept):
+    pytest.importorskip("xarray")
+    sweep = load_sweep(swept)
+    found = sweep.to_xarray()
+    assert found["p2"].dims == ("scene.foundation.stiffness", "scene.speed", "model") and found["p2"].shape == (2, 4, 1)
+    for row in sweep.rows():
+        at = {key: row[f"{key} [{unit}]"] for key, unit in (("scene.speed", "mph"), (sweep.varied[0], "kN/mm"))}
+        assert float(found["p2"].sel(at | {"model": row["model"]})) == row["p2 [kN]"]
+    assert found["p2"].notnull().all() and found["p2"].attrs["units"] == "kN"
+
+
 def test_a_quantity_is_drawn_against_what_varies(swept, tmp_path):
     figure = plot_sweep(load_sweep(swept), "p2", "speed")
     axes = figure.axes[0]
