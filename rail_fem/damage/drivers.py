@@ -14,15 +14,15 @@ from rail_fem.settings.damage import DamageSettings
 
 # name -> value of a scene, and the scene with another one
 DRIVERS: dict[str, tuple[Callable[[Scene], float], Callable[[Scene, float], Scene]]] = {
-    "speed": (lambda scene: scene.speed, lambda scene, value: scene.replace(speed=value)),
+    "speed": (lambda scene: scene.speed, lambda scene, value: scene.replace_si(speed=value)),
     "sprung mass": (
         lambda scene: scene.vehicle.vehicle_sprung_mass,
-        lambda scene, value: scene.replace(vehicle={"vehicle_sprung_mass": value}),
+        lambda scene, value: scene.replace_si(vehicle={"vehicle_sprung_mass": value}),
     ),
     "friction": (lambda scene: scene.friction, lambda scene, value: scene.replace(friction=value)),
     "foundation stiffness": (
         lambda scene: scene.foundation.stiffness,
-        lambda scene, value: scene.replace(foundation={"stiffness": value}),
+        lambda scene, value: scene.replace_si(foundation={"stiffness": value}),
     ),
 }
 

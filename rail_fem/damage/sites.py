@@ -104,7 +104,7 @@ def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, flo
         changes |= {} if kind.speed is None else {"speed": kind.speed}
         changes |= {} if kind.axle_load is None else {"vehicle": {"axle_load": kind.axle_load}}
         try:
-            made.append((scene.replace(**changes), kind.share))
+            made.append((scene.replace_si(**changes), kind.share))
         except InputError as error:
             raise ValueError(f"damage.traffic[{len(made)}]: {error}") from None
     return tuple(made)

@@ -156,7 +156,7 @@ def placed_across(scene: Scene, settings: FeSettings) -> tuple[Scene, LateralSta
     if scene.diverging is None:
         return scene, None
     aside = lateral_start(scene, *scene.in_order_of_travel(settings.start, settings.end))
-    return scene.replace(diverging={"lateral": aside.across}), aside
+    return scene.replace_si(diverging={"lateral": aside.across}), aside
 
 
 def _folder_of(folder: Path | None, number: int, passes: int) -> Path | None:

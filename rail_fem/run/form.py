@@ -48,18 +48,18 @@ def on_bearers(scene: Scene, x: float) -> list[Scene]:
     ballast makes it so."""
     if scene.bearers is not None:
         return []
-    panel = PANEL.replace(position=x - PANEL.spacing / 2)
+    panel = PANEL.replace_si(position=x - PANEL.spacing / 2)
     if scene.crossing.family == CAST:
         panel = panel.replace(casting=CASTING)
 
     def excess(ballast: float) -> float:
-        beam = track_beam(panel.replace(ballast_stiffness=ballast), x - 1, x + 1, 0.1, 9.0)
+        beam = track_beam(panel.replace_si(ballast_stiffness=ballast), x - 1, x + 1, 0.1, 9.0)
         share = beam.force_at(x)
         return 1 / float(share @ beam.static(share)) - scene.foundation.stiffness
 
     if not excess(BALLAST[0]) < 0 < excess(BALLAST[1]):
         return []
-    return [scene.replace(bearers=panel.replace(ballast_stiffness=brentq(excess, *BALLAST, rtol=1e-4)))]
+    return [scene.replace(bearers=panel.replace_si(ballast_stiffness=brentq(excess, *BALLAST, rtol=1e-4)))]
 
 
 def other_wings(scene: Scene, x: float) -> list[Scene]:
@@ -67,7 +67,7 @@ def other_wings(scene: Scene, x: float) -> list[Scene]:
     if scene.crossing.family != CAST:
         return []
     raised = scene.crossing.wing_raise
-    return [scene.replace(crossing={"wing_raise": raised + change}) for change in (-HEIGHT, HEIGHT)]
+    return [scene.replace_si(crossing={"wing_raise": raised + change}) for change in (-HEIGHT, HEIGHT)]
 
 
 SIMPLIFICATIONS = (
@@ -78,7 +78,7 @@ SIMPLIFICATIONS = (
     ),
     Simplification(
         f"a wheelset in the middle in place of {ASIDE * 1e3:g} mm aside",
-        lambda scene, x: [scene.replace(gauge=scene.gauge + 2 * side) for side in (-ASIDE, ASIDE)],
+        lambda scene, x: [scene.replace_si(gauge=scene.gauge + 2 * side) for side in (-ASIDE, ASIDE)],
     ),
     Simplification(f"a wing rail as drawn in place of {HEIGHT * 1e3:g} mm higher or lower", other_wings),
 )

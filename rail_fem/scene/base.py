@@ -6,7 +6,7 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, Strict, ValidationError
 from pydantic_core import PydanticCustomError
 
-from rail_fem.scene.input_errors import faults_of
+from rail_fem.scene.input_errors import faults_of, quantity_of, table_of
 
 PRINTABLE = r"^[^\x00-\x1f\x7f-\x9f]*$"  # one line without control characters
 KEPT_SECTIONS = "crossing_sections.csv"  # in the folder of a run that used sections
@@ -40,13 +40,18 @@ class Frozen(BaseModel):
             raise InputError(faults_of(error, cls, "")) from None
 
     def replace(self, **changes: Any) -> Self:
-        """The same section with other values, each checked as a case file's: text with its unit, or a number in SI; a
-        dict changes a part.
+        """The same section with other values, each checked as a case file's: text with its unit; a dict changes a part.
 
             scene.replace(speed="100 mph", foundation={"stiffness": "160 kN/mm"})
 
-        Errors: InputError (a ValueError) that names every key at fault.
+        Errors: InputError (a ValueError) that names every key at fault, also a bare number where a unit belongs.
         """
+        if bare := _bare_numbers(type(self), changes):
+            raise InputError(bare)
+        return self.replace_si(**changes)
+
+    def replace_si(self, **changes: Any) -> Self:
+        """As replace, for values that are computed: a number is in SI."""
         return self._replaced(changes, {})
 
     def _replaced(self, changes: Mapping[str, Any], context: dict[str, Any]) -> Self:
@@ -63,9 +68,26 @@ class Frozen(BaseModel):
 
 def _replaced_part(name: str, part: Frozen, change: Mapping[str, Any]) -> Frozen:
     try:
-        return part.replace(**change)
+        return part.replace_si(**change)
     except InputError as error:
         raise InputError([(f"{name}.{key}" if key else name, remedy) for key, remedy in error.faults]) from None
+
+
+def _bare_numbers(section: type[BaseModel], changes: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Key and remedy of each number, also in a list, that has no unit though its key has one."""
+    found = []
+    for name, value in changes.items():
+        field = section.model_fields.get(name)
+        if field is None:
+            continue
+        quantity, table = quantity_of(field), table_of(field.annotation)
+        if isinstance(value, Mapping):
+            found += [(f"{name}.{key}", remedy) for key, remedy in (_bare_numbers(table, value) if table else ())]
+        elif quantity is not None:
+            entries = value if isinstance(value, (list, tuple)) else [value]
+            remedies = (quantity.without_unit(entry) for entry in entries)
+            found += [(name, f"{remedy}, or replace_si takes SI") for remedy in remedies if remedy]
+    return found
 
 
 def digest_of_read(stated: str, read: Any) -> str:

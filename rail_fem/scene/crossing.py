@@ -231,8 +231,8 @@ class Crossing(Frozen):
             raise input_error("crossing", str(error)) from error
         return self
 
-    def replace(self, **changes: Any) -> Self:
-        """As Frozen.replace; a file of sections that stays is not read again."""
+    def replace_si(self, **changes: Any) -> Self:
+        """As Frozen.replace_si; a file of sections that stays is not read again."""
         if not {"file", *READING} & set(changes):
             return self._replaced(changes, {"kept_crossing": self.read})
         return self._replaced({"digest": ""} | changes, {})

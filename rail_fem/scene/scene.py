@@ -119,8 +119,8 @@ class Wheel(Frozen):
     def _is_what_was_read(cls, digest: str, info: ValidationInfo) -> str:
         return digest_of_read(digest, info.data.get("measured"))
 
-    def replace(self, **changes: Any) -> Self:
-        """As Frozen.replace; a profile file that stays is not read again."""
+    def replace_si(self, **changes: Any) -> Self:
+        """As Frozen.replace_si; a profile file that stays is not read again."""
         if not {"profile", *READING} & set(changes):
             return self._replaced(changes, {"kept": self.measured})
         return self._replaced({"digest": ""} | changes, {})
@@ -213,8 +213,8 @@ class Vehicle(Frozen):
             )
         return self
 
-    def replace(self, **changes: Any) -> Self:
-        """As Frozen.replace; a new axle load or sprung mass takes the place of the other."""
+    def replace_si(self, **changes: Any) -> Self:
+        """As Frozen.replace_si; a new axle load or sprung mass takes the place of the other."""
         given = "vehicle_sprung_mass" if "vehicle_sprung_mass" in changes else "axle_load"
         other = LOAD_KEYS[given]
         if given in changes or self.axle_load is not None:

@@ -201,14 +201,21 @@ class Quantity:
                 in_si, in_unit = parse(value, self.unit)
             except QuantityError as error:
                 raise QuantityError(f"{error}" + "".join(f' or "{word}"' for word in self.words)) from None
-        elif units_required and self.unit:
-            raise QuantityError(f'{typed(value)} has no unit, write e.g. "{typed(value)} {self.unit}"')
+        elif units_required and (remedy := self.without_unit(value)):
+            raise QuantityError(remedy)
         elif abs(value) > LARGEST or value != value:
             raise QuantityError(f"{typed(value)} is not a finite number")
         else:
             in_si, in_unit = float(value), float(value) / si_factor(self.unit)
         self._check_range(value, in_unit)
         return in_si
+
+    def without_unit(self, value: Any) -> str:
+        """What to write in place of a bare number; "" where it is none, or has no unit."""
+        if isinstance(value, (bool, str)) or not isinstance(value, (int, float)) or not self.unit:
+            return ""
+        number = f"{value:.12g}" if isinstance(value, float) else typed(value)
+        return f'{number} has no unit, write e.g. "{number} {self.unit}"'
 
     def _check_range(self, as_typed: Any, in_unit: float) -> None:
         slack = ROUNDING * max(abs(self.low), abs(self.high))

@@ -107,7 +107,7 @@ def test_years_are_told_within_three_times_what_was_run_and_by_the_last_rate():
     depths, rates = {"archard": np.array([1e-3, 0.5e-3])}, {"archard": np.array([2e-6, 0.1e-6])}
     calm = np.zeros(2), np.zeros(2)
     case = load_case(CASE, {"damage.calibration": 0.2, "damage.axles_per_year": 1000.0}).damage
-    found = lambda cracks=calm, **changes: years_of(case.replace(**changes), state, depths, rates, cracks)
+    found = lambda cracks=calm, **changes: years_of(case.replace_si(**changes), state, depths, rates, cracks)
     assert found(depth_limit=4e-3)["to_limit"] == pytest.approx(2.5) and found(depth_limit=4e-3)["limit"] == "depth"
     assert found(depth_limit=5.1e-3)["to_limit"] is None and found(depth_limit=5.1e-3)["told_up_to"] == 3.0
     assert found(depth_limit=4e-3, calibration=None)["to_limit"] is None

@@ -155,7 +155,7 @@ def test_small_elements_are_as_heavy_as_speed_and_body_allow(scene, made):
     """auto: waves under the wheel so many times as fast as it, the more the longer elements are in the patch; at
     walking pace a mesh may not gain more than a part of its body."""
     walking, line = (
-        scaled_passage(scene.replace(speed=speed), made, mass_scaling="auto", scaled_elements="small").scaling
+        scaled_passage(scene.replace_si(speed=speed), made, mass_scaling="auto", scaled_elements="small").scaling
         for speed in ("2 mph", "125 mph")
     )
     patch, size = 2 * static_patch(scene).semi_x, CUBE * WINDOW["element_size"]

@@ -142,7 +142,7 @@ def test_a_law_over_cycles_goes_to_the_cells_and_one_without_back_stresses_as_it
 def test_steel_at_rest_is_rolled_over_no_more(short_pass, tmp_path):
     """A tenth of the load on steel of four times the strength: what the first wheel does is all."""
     _, once = short_pass
-    scene = once.scene.replace(
+    scene = once.scene.replace_si(
         vehicle={"vehicle_sprung_mass": 6e3}, materials={"nose": {"grade": "Mn13", "strength": 4}}
     )
     settings = {"start": 0.36, "end": 0.44, "cell_size": 3e-3, "step": 15e-3, "error_estimate": False, "passes": 50}

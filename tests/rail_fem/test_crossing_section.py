@@ -70,7 +70,7 @@ def test_sections_are_known_by_their_content_and_kept_to_the_last_bit(files, tmp
     shutil.copy(files / "crossing.slcs", tmp_path)
     scene = load_case(case_with(tmp_path, *SECTIONS)).scene
     assert scene.plain() == load_case(case_with(files, *SECTIONS)).scene.plain()
-    assert scene.replace(speed=20.0).crossing.surface is scene.crossing.surface
+    assert scene.replace_si(speed=20.0).crossing.surface is scene.crossing.surface
     scene.keep_files(tmp_path)
     again = Scene.model_validate(scene.model_dump(mode="json"), context={"run_folder": tmp_path})
     assert again.plain() == scene.plain() and again.crossing.surface is scene.crossing.surface

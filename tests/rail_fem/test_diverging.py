@@ -23,7 +23,7 @@ FLAT = 1e-12
 
 
 def scene(speed="40 mph", **diverging):
-    return CASE.scene.replace(speed=speed, diverging=diverging)
+    return CASE.scene.replace_si(speed=speed, diverging=diverging)
 
 
 def standing(**changes):

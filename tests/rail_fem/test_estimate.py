@@ -73,7 +73,7 @@ def test_the_step_with_heavier_small_elements_is_right_to_a_factor_of_two(size, 
     case = load_case(ROOT / "cases" / "nose_transfer.toml")
     change = {"element_size": size, "element_aspect": 1.0, "wheel_element_ratio": 1.0, "scaled_elements": "small"}
     settings = case.runs["fe_full"].model_copy(update=change | {"window_ahead": None, "window_behind": None})
-    scene = case.scene.replace(speed=speed)
+    scene = case.scene.replace_si(speed=speed)
     steels = [getattr(scene.materials, name).steel() for name in ("wing", "nose", "wheel")]
     scaling = choose_scaling(scene, settings, steels, mesh, MPI.COMM_SELF)
     assert 0.5 < critical_step(scene, settings) / (settings.courant * scaling.least_step) < 2

@@ -37,7 +37,7 @@ def ran(tmp_path_factory):
 
 @pytest.mark.parametrize("stiffness", [100e6, 200e6])
 def test_the_casting_on_bearers_is_as_stiff_as_the_foundation_under_the_transfer(scene, stiffness):
-    (found,) = on_bearers(scene.replace(foundation={"stiffness": stiffness}), 0.357)
+    (found,) = on_bearers(scene.replace_si(foundation={"stiffness": stiffness}), 0.357)
     beam = track_beam(found.bearers, 0.0, 0.7, 0.05, 12.0)
     share = beam.force_at(0.357)
     assert 1 / (share @ beam.static(share)) == pytest.approx(stiffness, rel=1e-3)
@@ -54,7 +54,7 @@ def test_each_row_is_what_the_passes_differ_by(scene, ran):
     result = load(ran[0])
     words = next(words for words in result.form if "aside" in words)
     window = {name: result.settings[name] for name in ("start", "end", "path_spacing")}
-    at = lambda gauge: solve("rigid_hertz", scene.replace(gauge=gauge), MODELS["rigid_hertz"].settings(**window))
+    at = lambda gauge: solve("rigid_hertz", scene.replace_si(gauge=gauge), MODELS["rigid_hertz"].settings(**window))
     base, *others = (at(gauge) for gauge in (1.435, 1.433, 1.437))
     moved = max((other.transfer_x - base.transfer_x for other in others), key=abs)
     assert result.form[words]["transfer_x"] == pytest.approx(moved, rel=1e-12)
@@ -102,7 +102,7 @@ def test_a_model_without_bodies_or_path_is_told_what_it_can(scene, model):
 def test_what_light_passes_do_not_see_is_kept_for_the_scenes_it_is_of(ran):
     result = load(ran[0])
     kinematic = {"grade": "Mn13", "hardening": "kinematic"}
-    hard = result.scene.replace(friction=0.5, materials={"wing": kinematic, "nose": kinematic})
+    hard = result.scene.replace_si(friction=0.5, materials={"wing": kinematic, "nose": kinematic})
     assert len(form(result, by_passes=False)) == 3
     deep, shallow = (replace(result, model="fe_full", settings={"rail_depth": depth}) for depth in (0.110, RAIL_DEPTH))
     assert len(form(deep, by_passes=False)) == 2 and len(form(shallow, by_passes=False)) == 3

@@ -146,7 +146,7 @@ def test_an_insulated_joint_s_gap_hands_the_wheel_from_rail_to_rail():
     """Within it both rail ends carry; a wider gap strikes harder; without one nothing happens."""
     found = []
     for gap in (0.0, 6e-3, 12e-3):
-        scene = joint_scene(0.0).replace(crossing={"joint_gap": gap})
+        scene = joint_scene(0.0).replace_si(crossing={"joint_gap": gap})
         found.append(rigid_hertz.solve(scene, RigidHertzSettings(start=-0.1, end=0.15, path_spacing=1e-3)))
     load = found[0].scene.static_wheel_load
     assert "largest_force_nose" not in found[0].peaks

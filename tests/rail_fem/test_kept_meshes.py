@@ -37,7 +37,7 @@ def same(one, two) -> bool:
 
 
 def meshers(settings=SETTINGS, **changes):
-    scene = make_scene().replace(**changes)
+    scene = make_scene().replace_si(**changes)
     return body_meshes(scene, settings, anchored_path(scene, *meshed_stretch(scene, settings)))
 
 
@@ -70,7 +70,7 @@ def test_the_time_foretold_is_less_by_the_meshes_that_are_kept(monkeypatch):
     monkeypatch.setattr(kept_meshes, "is_kept", lambda mesher: kept_meshes._file(mesher) in files)
     saved = [one.wall_time - foretold(scene, settings).wall_time for one, settings in zip(fresh, (SETTINGS, twin))]
     assert 0 < MESHING < saved[0] < saved[1] < fresh[1].preparation
-    assert foretold(scene.replace(wheel={"radius": 0.45}), SETTINGS).preparation == fresh[0].preparation
+    assert foretold(scene.replace_si(wheel={"radius": 0.45}), SETTINGS).preparation == fresh[0].preparation
 
 
 def test_an_edited_mesher_finds_none_of_its_old_meshes(monkeypatch):

@@ -198,7 +198,7 @@ def test_a_pass_run_backwards_returns_to_its_start(scene):
 
 @pytest.mark.parametrize("angle, flagged", [("10 mrad", set()), ("11 mrad", {"dip limit"})])
 def test_a_joint_is_the_formula_s_own_scene_up_to_the_standard_s_dip(scene, angle, flagged):
-    joint = scene.replace(crossing={"family": "joint", "dip_angle": angle})
+    joint = scene.replace_si(crossing={"family": "joint", "dip_angle": angle})
     flags = {flag["what"] for flag in p2_formula.solve(joint, P2Settings()).trust["validity"]}
     assert flags & {"dip limit", "one impact"} == flagged
 

@@ -127,6 +127,22 @@ def test_a_scene_is_changed_as_a_case_file_is_read():
             scene.replace(**wrong)
 
 
+def test_a_bare_number_is_refused_where_a_case_file_refuses_it():
+    """75 mph or 75 m/s? Numbers that are computed in SI have a name of their own."""
+    scene = rail_fem.load_case(CASE).scene
+    for wrong, key in (
+        ({"speed": 75}, "speed"),
+        ({"speed": np.float64(33.5)}, "speed"),
+        ({"foundation": {"stiffness": 1.6e8}}, "foundation.stiffness"),
+        ({"bearers": {"spacing": 0.6}}, "bearers.spacing"),
+        ({"materials": {"wing": {"grade": "Mn13", "hardening_stress": [3e8, 4e8]}}}, "materials.wing.hardening_stress"),
+    ):
+        with pytest.raises(ValueError, match=f"{key}: .* has no unit, write e.g. .*, or replace_si takes SI"):
+            scene.replace(**wrong)
+    assert scene.replace_si(speed=33.5, foundation={"stiffness": 1.6e8}).speed == 33.5
+    assert scene.replace(friction=0.2, wheel_body=None).friction == 0.2  # a plain number has no unit
+
+
 def test_a_measured_wheel_stays_as_it_was_read(tmp_path):
     """A change beside the profile does not read the file again, which may be gone by then; another profile does."""
     scene = rail_fem.load_case(CASE).scene

@@ -32,7 +32,7 @@ def test_the_rigid_wheel_goes_from_stock_rail_to_switch_rail_once():
 
 
 def test_a_switch_is_told_apart_by_its_numbers(scene):
-    other = scene.replace(crossing={"switch_radius": 500.0})
+    other = scene.replace_si(crossing={"switch_radius": 500.0})
     assert scene.plain() != other.plain() and scene.crossing.name == "switch of R 290 m"
 
 

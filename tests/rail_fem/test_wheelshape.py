@@ -58,7 +58,7 @@ def test_a_wheel_that_was_read_can_be_changed_when_its_file_is_gone(tmp_path):
     write(tmp_path / "wheel.csv")
     wheel = load_case(case_with(tmp_path)).scene.wheel
     (tmp_path / "wheel.csv").unlink()
-    larger = wheel.replace(radius=0.46)
+    larger = wheel.replace_si(radius=0.46)
     assert (
         larger.radius == 0.46
         and larger.digest == wheel.digest
