@@ -50,7 +50,7 @@ def on_bearers(scene: Scene, x: float) -> list[Scene]:
         return []
     panel = PANEL.replace_si(position=x - PANEL.spacing / 2)
     if scene.crossing.family == CAST:
-        panel = panel.replace(casting=CASTING)
+        panel = panel.replace_si(casting=CASTING)
 
     def excess(ballast: float) -> float:
         beam = track_beam(panel.replace_si(ballast_stiffness=ballast), x - 1, x + 1, 0.1, 9.0)
@@ -59,7 +59,7 @@ def on_bearers(scene: Scene, x: float) -> list[Scene]:
 
     if not excess(BALLAST[0]) < 0 < excess(BALLAST[1]):
         return []
-    return [scene.replace(bearers=panel.replace_si(ballast_stiffness=brentq(excess, *BALLAST, rtol=1e-4)))]
+    return [scene.replace_si(bearers=panel.replace_si(ballast_stiffness=brentq(excess, *BALLAST, rtol=1e-4)))]
 
 
 def other_wings(scene: Scene, x: float) -> list[Scene]:
@@ -74,7 +74,7 @@ SIMPLIFICATIONS = (
     Simplification("one mass in place of a casting on bearers", on_bearers),
     Simplification(
         "a rigid wheel in place of one that vibrates",
-        lambda scene, x: [] if scene.wheel_body else [scene.replace(wheel_body=WheelBody())],
+        lambda scene, x: [] if scene.wheel_body else [scene.replace_si(wheel_body=WheelBody())],
     ),
     Simplification(
         f"a wheelset in the middle in place of {ASIDE * 1e3:g} mm aside",
