@@ -142,7 +142,7 @@ class Dynamics:
         self.bring_up()
         frequency = 1 / round_down(1 / largest_frequency(s, self.moving), 4)
         s.damping = 2 * WHEEL_DAMPING / frequency
-        damped = self.comm.allreduce(s.small.n_cells) > 0  # of all ranks: one without such cells takes the same step
+        damped = self.comm.allreduce(len(s.small_cells)) > 0  # of all ranks: one without such cells takes the same step
         ratio = max(s.settings.linear_viscosity, WHEEL_DAMPING if damped else 0.0)
         give_back_free_memory()  # the vectors of Lanczos, and what was left of meshing
         return round_down(courant * damped_limit(frequency, ratio))
@@ -328,7 +328,7 @@ class Dynamics:
             "plastic": plastic,
             "hourglass": hourglass,
             "viscous": viscous,
-            "wheel_damping": small_work - small if s.small.n_cells else 0.0,
+            "wheel_damping": small_work - small if len(s.small_cells) else 0.0,
             "mass_damping": mass_damping,
             **self.supports.energies(),
             "contact": contact,

@@ -11,11 +11,11 @@ from __future__ import annotations
 import numpy as np
 
 from rail_fem.fe.finite_strain import add_elastic
-from rail_fem.fe.hexahedron import energy_density, internal_force
-from rail_fem.fe.lanes import compiled, gather, gather_one, inlined, load, part, scatter, store
+from rail_fem.fe.hexahedron import internal_force
+from rail_fem.fe.lanes import compiled, gather_one, inlined, load, part, scatter, store
 from rail_fem.fe.prefetch import INDICES, NUMBERS, fetch
 from rail_fem.fe.state import HOURGLASS, LANES
-from rail_fem.fe.trilinear import dot, field_gradient, mean_gradient, sum_of_squares, times, vector_modes
+from rail_fem.fe.trilinear import field_gradient, mean_gradient, sum_of_squares, times, vector_modes
 
 _W = LANES
 # rows of a block's geometry: b (18), hourglass coordinates (12), volume, 0 for the viscous pressure, hourglass
@@ -112,38 +112,6 @@ def add_elastic_force(u, nodes, filled, material_of, materials, geometry, force)
         internal_force(own, fixed, nodal)
         fetch(geometry, ahead + 2 * _THIRD, _THIRD, NUMBERS)
         scatter(nodal, nodes, start, filled[block], force)
-
-
-@part
-def elastic_energies(nodal, lame, shear, fixed, energy):
-    """Elastic energy of each element of a block -> energy (W,) [J]; nodal (48*W,) holds positions and, after them, the
-    reference's."""
-    for k in range(24 * _W):
-        nodal[k] -= nodal[24 * _W + k]
-    for e in range(_W):
-        m = vector_modes(nodal, e)
-        l, stress = gradient_and_stress(m, fixed, e, lame, shear)
-        q1 = hourglass_force(m[3], l, load(fixed, 0, 18, e), 1.0)
-        q2 = hourglass_force(m[4], l, load(fixed, 0, 21, e), 1.0)
-        q3 = hourglass_force(m[5], l, load(fixed, 0, 24, e), 1.0)
-        q4 = hourglass_force(m[6], l, load(fixed, 0, 27, e), 1.0)
-        squares = dot(q1, q1) + dot(q2, q2) + dot(q3, q3) + dot(q4, q4)
-        density = energy_density(stress[:3], stress[3:], lame, shear)
-        energy[e] = fixed[30 * _W + e] * density + 4.0 * fixed[32 * _W + e] * squares
-
-
-@compiled
-def small_energy(x, reference, nodes, filled, material_of, materials, geometry):
-    """Elastic energy [J] of every block with its nodes at x (3*n,), that of the hourglass stiffness with it."""
-    nodal, energy, total = np.empty(48 * _W), np.empty(_W), 0.0
-    for block in range(filled.size):
-        row = material_of[block]
-        gather(x, reference, nodes, block * 8 * _W, nodal)
-        fixed = geometry[block * N_FIXED * _W : (block + 1) * N_FIXED * _W]
-        elastic_energies(nodal, materials[row, 0], materials[row, 1], fixed, energy)
-        for e in range(filled[block]):
-            total += energy[e]
-    return total
 
 
 @compiled

@@ -29,7 +29,7 @@ def cell_rows(dynamics: Dynamics) -> np.ndarray:
     rows = np.zeros((len(domain.cells), 7))
     if s.finite.n_cells:
         rows[s.finite_cells] = np.column_stack([s.finite.stress(), s.finite.plastic_strain()])
-    if s.small.n_cells:
+    if len(s.small_cells):
         rows[s.small_cells, :6] = s.small_stress()
     return rows
 

@@ -82,7 +82,8 @@ def build_passage(
     surface = comm.bcast(None if mesh is None else (mesh.surface, mesh.surface_region, mesh.clamp), root=0)
     quads, quad_region, clamp = surface
     slabs = comm.bcast(None if mesh is None or not settings.has_window else rail_slabs(mesh), root=0)
-    domain = Domain(comm, **({} if mesh is None else shared_mesh(mesh, slabs, comm.size)))
+    axis = running.start, datum_height + scene.wheel.radius
+    domain = Domain(comm, **({} if mesh is None else shared_mesh(mesh, slabs, comm.size, axis)))
     steels = scene.materials.steels()
     extent = Extent(running.start, running.sign, *settings.window_lengths)
     scaling = choose_scaling(scene, settings, steels, mesh, comm, None if slabs is None else (slabs, extent))
@@ -93,6 +94,7 @@ def build_passage(
         settings=ElementSettings(settings.element, settings.hourglass),
         slab=None if slabs is None else slabs.of_cells(domain.cell_centres()[:, 0], domain.region),
         least_step=scaling.least_step,
+        axis=axis,
     )
     is_wheel = comm.bcast(None if mesh is None else _on_wheel(len(mesh.points), mesh)[mesh.clamp], root=0)
     wheel_factor = scaling.meshes["wheel"] / scaling.steel["wheel"]
@@ -161,13 +163,18 @@ def rail_slabs(mesh: HexMesh) -> Slabs:
     return cut_into_slabs(mesh.points, mesh.cells, mesh.region, bodies=CROSSING)
 
 
-def shared_mesh(mesh: HexMesh, slabs: Slabs | None, ranks: int) -> dict[str, np.ndarray | None]:
-    """What a Domain is made from, by its arguments. With slabs, blocks of each of them and of the wheel are dealt out
-    to the ranks."""
+def shared_mesh(
+    mesh: HexMesh, slabs: Slabs | None, ranks: int, axis: tuple[float, float]
+) -> dict[str, np.ndarray | None]:
+    """What a Domain is made from, by its arguments. With slabs, blocks of each of them and of the wheel, whole rings
+    about its axis (x, z) [m], are dealt out to the ranks."""
     cost = np.where(mesh.region == PassBody.WHEEL, ELASTIC_COST, 1.0)
     part = None
     if slabs is not None:
         centres = mesh.points[mesh.cells].mean(axis=1)
+        wheel = mesh.region == PassBody.WHEEL
+        radius = np.hypot(*(centres[wheel][:, [0, 2]] - axis).T)
+        centres[wheel] = np.column_stack([np.zeros(len(radius)), centres[wheel, 1], -np.round(radius, 9)])
         part = slab_parts(centres, mesh.region, slabs.of_cells(centres[:, 0], mesh.region), ranks)
     return dict(points=mesh.points, cells=mesh.cells, region=mesh.region, cost=cost, part=part)
 

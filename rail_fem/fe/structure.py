@@ -8,10 +8,11 @@ import numpy as np
 from geometry.meshing.quality import eigen_length
 from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.domain import Domain, raise_together
-from rail_fem.fe.elastic import add_elastic_force, damped_displacement, elastic_stress, fixed_geometry, small_energy
+from rail_fem.fe.elastic import add_elastic_force, damped_displacement, elastic_stress, fixed_geometry
 from rail_fem.fe.hexahedron import stored_energy, update_elements, volumes
 from rail_fem.fe.hexahedron_cyclic import update_cyclic_elements, update_full_cyclic_elements
 from rail_fem.fe.hexahedron_full import stored_energy_full, update_full_elements
+from rail_fem.fe.rings import add_ring_force, find_rings
 from rail_fem.fe.state import KINEMATIC, LANES, LINEAR_VISCOSITY, N_WORK, POINTS, QUADRATIC_VISCOSITY
 from rail_fem.scene.steel import Steel
 
@@ -49,6 +50,8 @@ class Structure:
     damping : beta of the small-displacement kernel [s], set by Dynamics.stable_step
     least_step : elements whose own critical step is less are heavier than steel, each so that it has this step [s]
     slab : (m,) slab of each cell of the rank, where some of the body may be inactive (rail_fem.fe.window)
+    axis : x and z of the line along y about which the small-displacement bodies are swept: their elements in rings
+        (rail_fem.fe.rings) cost less
 
     Attributes (rank-local): x, v, force (3 n_nodes,);  anchor (3 n_nodes,) with slabs only: position relative to the
     rigid base of nodes outside the window;  mass (n_nodes,) of whole nodes also on ghosts;
@@ -71,6 +74,7 @@ class Structure:
         settings: ElementSettings = ElementSettings(),
         slab: np.ndarray | None = None,
         least_step: float = 0.0,
+        axis: tuple[float, float] = (0.0, 0.0),
     ):
         self.domain, self.settings, self.steels, self.least_step = domain, settings, steels, least_step
         self.table = material_table(steels, settings, least_step)
@@ -88,16 +92,16 @@ class Structure:
             slab=None if slab is None else slab[self.finite_cells],
         )
         self.active = [(0, len(self.finite.filled))]  # ranges of the finite-strain blocks that a step computes
-        self.small = ElementBlocks(
-            domain.cells[self.small_cells], domain.region[self.small_cells], self.table, stateless=True
-        )
+        cells, region = domain.cells[self.small_cells], domain.region[self.small_cells]
+        self.rings, in_ring = find_rings(domain.reference.reshape(-1, 3), cells, region, self.table.rows, axis)
+        self.small = ElementBlocks(cells[~in_ring], region[~in_ring], self.table, stateless=True)
         self.x, self.v, self.force = domain.reference.copy(), domain.shared_vector(), domain.shared_vector()
         if slab is not None:
             self.anchor = domain.reference.copy()
             self.NODAL = (*self.NODAL, "anchor")
-        # displacement and damping of the small-displacement nodes, 0 elsewhere; empty without such elements
-        self.u = domain.nodal_vector() if self.small.n_cells else np.empty(0)
-        self.small_nodes = np.unique(domain.cells[self.small_cells])
+        # displacement and damping of small-displacement nodes with elements outside rings; empty without such bodies
+        self.u = domain.nodal_vector() if len(cells) else np.empty(0)
+        self.small_nodes = np.unique(cells[~in_ring])
         self.geometry, smallest = fixed_geometry(
             domain.reference, self.small.nodes, self.small.filled, self.small.material_of, self.table.rows
         )
@@ -174,18 +178,24 @@ class Structure:
                     work,
                 )
             self.smallest_volume = np.minimum(self.smallest_volume, smallest)  # keeps what is not a number
+        self._add_small_force(self.x, self.domain.reference, self.v, self.damping, self.force)
+
+    def _add_small_force(
+        self, x: np.ndarray, reference: np.ndarray, v: np.ndarray, damping: float, force: np.ndarray
+    ) -> None:
+        """Minus the internal force of the small-displacement elements at x - reference + damping v, added to `force`.
+        Rank-local."""
         b = self.small
-        if b.n_cells:
-            damped_displacement(self.x, self.domain.reference, self.v, self.damping, self.small_nodes, self.u)
-            add_elastic_force(self.u, b.nodes, b.filled, b.material_of, t.rows, self.geometry, self.force)
+        if len(self.small_cells):
+            damped_displacement(x, reference, v, damping, self.small_nodes, self.u)
+            add_elastic_force(self.u, b.nodes, b.filled, b.material_of, self.table.rows, self.geometry, force)
+            add_ring_force(x, reference, v, damping, self.rings, force)
 
     def elastic_energy(self) -> tuple[float, float]:
         """Elastic energy of the active finite-strain and of the small-displacement elements [J]. Rank-local."""
-        finite, b = sum(self.energy_of_blocks(*blocks) for blocks in self.active), self.small
-        small = small_energy(
-            self.x, self.domain.reference, b.nodes, b.filled, b.material_of, self.table.rows, self.geometry
-        )
-        return finite, small
+        finite, force = sum(self.energy_of_blocks(*blocks) for blocks in self.active), self.domain.nodal_vector()
+        self._add_small_force(self.x, self.domain.reference, self.v, 0.0, force)
+        return finite, -0.5 * float((self.x - self.domain.reference) @ force)
 
     def energy_of_blocks(self, first: int, last: int) -> float:
         """Elastic energy of the finite-strain blocks first..last-1 [J]. Rank-local."""
@@ -194,12 +204,10 @@ class Structure:
 
     def small_stress(self) -> np.ndarray:
         """Stress of the small-displacement elements (m, 6), order VOIGT [Pa], without damping. Rank-local."""
-        b = self.small
-        return b.in_cells(
-            elastic_stress(
-                self.x - self.domain.reference, b.nodes, b.filled, b.material_of, self.table.rows, self.geometry
-            )
-        )
+        cells, region, rows = self.domain.cells[self.small_cells], self.domain.region[self.small_cells], self.table.rows
+        b, reference = ElementBlocks(cells, region, self.table, stateless=True), self.domain.reference
+        blocks = b.nodes, b.filled, b.material_of, rows
+        return b.in_cells(elastic_stress(self.x - reference, *blocks, fixed_geometry(reference, *blocks)[0]))
 
     def kinetic_energy(self) -> float:
         """Of the owned nodes [J]. Rank-local."""
@@ -234,9 +242,7 @@ class Structure:
                 work,
             )
         out /= scale
-        b = self.small
-        if b.n_cells:
-            add_elastic_force(direction, b.nodes, b.filled, b.material_of, rows, self.geometry, out)
+        self._add_small_force(direction, self.domain.nodal_vector(), direction, 0.0, out)
         np.negative(out, out=out)
         self.domain.sum_to_owner(out)
         return out

@@ -139,7 +139,7 @@ class TravellingWindow:
         """Cells that a step computes, of all ranks. Collective."""
         s = self.structure
         finite = sum(int(s.finite.filled[first:last].sum()) for first, last in s.active)
-        return int(self.comm.allreduce(finite + s.small.n_cells))
+        return int(self.comm.allreduce(finite + len(s.small_cells)))
 
     @property
     def rigid(self) -> np.ndarray:

@@ -22,7 +22,7 @@ from typing import Literal
 
 import numpy as np
 
-Kernel = Literal["one-point", "full", "elastic"]
+Kernel = Literal["one-point", "full", "elastic", "rings"]
 LONGEST = 300  # of the job [s]
 EDGE, STEP = 1e-3, 1e-7
 
@@ -101,7 +101,8 @@ def count_in(*modules) -> None:
 
 def operations_each(strain: float) -> dict[str, float]:
     """Operations per element of one block of slightly irregular cubes whose strain in a step is about `strain`."""
-    from rail_fem.fe import elastic, finite_strain, hexahedron, hexahedron_full, plasticity
+    from geometry.meshing.blocks import mesh_box
+    from rail_fem.fe import elastic, finite_strain, hexahedron, hexahedron_full, plasticity, rings
     from rail_fem.fe.blocks import ElementSettings, material_table
     from rail_fem.fe.state import LANES, N_STATE, N_STATE_FULL, POINT_STATE, YIELD
     from rail_fem.scene.steel import GRADES
@@ -134,11 +135,21 @@ def operations_each(strain: float) -> dict[str, float]:
     geometry, _ = elastic.fixed_geometry(x, nodes, filled, kind, rows)
     force = counted(np.zeros(points.size))
     count("elastic", lambda: elastic.add_elastic_force(v, nodes, filled, kind, rows, geometry, force))
+    box, cells = mesh_box((EDGE, EDGE, 1.0), (1, 1, LANES - 1)), LANES - 1
+    radius, angle = 1.0 + box.points[:, 0], EDGE * LANES * box.points[:, 2]
+    turned = np.column_stack([radius * np.sin(angle), box.points[:, 1], -radius * np.cos(angle)])
+    arc, _ = rings.find_rings(turned, box.cells, np.zeros(cells, int), table.rows, (0.0, 0.0))
+    arc = arc._replace(**{name: counted(getattr(arc, name)) for name in ("sections", "arcs", "u", "f")})
+    x, still, force = (counted(values) for values in (turned.ravel(), np.zeros(turned.size), np.zeros(turned.size)))
+    count_in(rings)
+    count("rings", lambda: rings.add_ring_force(x, still, still, Counted(STEP), arc, force))
+    found["rings"] *= LANES / cells
+    rings.np = np  # rings are found with all of it
     return found
 
 
 def operations_of_kernels() -> dict[str, dict[str, float]]:
-    """Operations per element: "flowing" and "elastic state", each by kernel "one-point", "full", "elastic". Starts a
+    """Operations per element: "flowing" and "elastic state", each by kernel. Starts a
     process without compiled kernels. Errors: RuntimeError with its last words."""
     command = [sys.executable, "-P", "-m", "rail_fem.studies.kernel_flops"]
     answer = subprocess.run(

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 from geometry.axes import as_tensor
 from geometry.meshing.blocks import mesh_box
+from geometry.meshing.hexmesh import HexMesh
 from rail_fem.fe.blocks import ElementSettings
 from tests.fe.bodies import NO_VISCOSITY, STEEL, distort, lame, place, plastic, structure_of
 from tests.fe.weak_form import EXACT, Hourglass, WeakForm
@@ -31,21 +32,35 @@ def sym(matrix: np.ndarray) -> np.ndarray:
     return (matrix + np.swapaxes(matrix, -1, -2)) / 2
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_small_displacement_forces_are_those_of_the_weak_form_and_of_the_hourglass_part(seed):
-    """Any displacement of any distorted cells, to round-off."""
-    mesh = distort(mesh_box((3.0, 2.0, 2.0), (3, 2, 2)), 0.25, seed)
+def swept_about_y() -> HexMesh:
+    """Rings of 40 elements, more than an arc holds, about the origin; the four elements around a node that stands aside
+    are in none."""
+    box = mesh_box((2.0, 3.0, 20.0), (2, 3, 40))
+    radius, angle = 30.0 + box.points[:, 0], (box.points[:, 2] + 0.01 * box.points[:, 2] ** 2) / 30.0
+    points = np.column_stack([radius * np.sin(angle), box.points[:, 1], -radius * np.cos(angle)])
+    points[np.argmin(np.abs(box.points - (1.0, 0.0, 2.5)).sum(axis=1))] += 0.1
+    return dataclasses.replace(box, points=points)
+
+
+@pytest.mark.parametrize(
+    "mesh, in_rings",
+    [(distort(mesh_box((3.0, 2.0, 2.0), (3, 2, 2)), 0.25, seed), 0) for seed in range(2)] + [(swept_about_y(), 236)],
+)
+def test_small_displacement_forces_are_those_of_the_weak_form_and_of_the_hourglass_part(mesh, in_rings):
+    """Any displacement of any distorted cells, and of cells in rings, to round-off; and their elastic energy."""
     structure = structure_of(mesh, small=(0,), settings=NO_VISCOSITY)
     form, start = WeakForm(structure), structure.x.reshape(-1, 3).copy()
-    u = 1e-3 * np.random.default_rng(seed).standard_normal(start.shape)
+    u = 1e-3 * np.random.default_rng(0).standard_normal(start.shape)
     place(structure, start + u, 1.0)
     u = structure.x.reshape(-1, 3) - start
     stress = hooke(sym(form.mean_gradient(u)))
     hourglass = Hourglass(start, structure.domain.cells)
     q = hourglass_modulus(STEEL) * hourglass.stiffness[:, None, None] * hourglass.amplitudes(u)
-    exact = form.forces(stress) + hourglass.forces(q)
-    assert np.abs(as_tensor(structure.small_stress()) - stress).max() < 1e-13 * np.abs(stress).max()
-    assert np.abs(structure.force.reshape(-1, 3) + exact).max() < 1e-13 * np.abs(exact).max()
+    exact, size = form.forces(stress) + hourglass.forces(q), np.abs(start).max() / 3.0
+    assert len(structure.small_cells) - structure.small.n_cells == in_rings
+    assert np.abs(as_tensor(structure.small_stress()) - stress).max() < 1e-13 * size * np.abs(stress).max()
+    assert np.abs(structure.force.reshape(-1, 3) + exact).max() < 1e-13 * size * np.abs(exact).max()
+    assert abs(structure.elastic_energy()[1] / (0.5 * (exact * u).sum()) - 1) < 1e-13 * size
     assert np.abs(hourglass.forces(q)).max() > 0.01 * np.abs(exact).max()
 
 
