@@ -43,6 +43,8 @@ class Rings(NamedTuple):
     u, f : scratch vectors, displacement and force of the lines; f is 0 between calls
     """
 
+    SCRATCH = ("u", "f")
+
     nodes: np.ndarray
     places: np.ndarray
     lines: np.ndarray

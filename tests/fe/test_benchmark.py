@@ -81,10 +81,10 @@ def test_solver_keeps_less_than_half_a_kilobyte_an_element():
 
 
 def test_elements_in_rings_move_less_than_half_of_the_bytes():
-    """Both on a cube of 12: three nodal vectors read and one changed, 5 x 24 B for 1.3 nodes an element, and some 8 B
+    """Blocks 12 across: three nodal vectors read and one changed, 5 x 24 B for 1.3 nodes an element, and some 8 B
     of numbers for each node on a line; others have 33 numbers of geometry each besides."""
     plain, rings = (kernels.structure_of(kernels.block_domain(12, bent), "elastic") for bent in (False, True))
-    assert plain.small.n_cells == 12**3 and rings.small.n_cells == 0
+    assert plain.small.n_cells == 12**3 and rings.small.n_cells == 0 < len(rings.small_cells)
     assert kernels.bytes_of_update(rings) < kernels.bytes_of_update(plain) / 2
 
 
