@@ -43,8 +43,6 @@ class Rings(NamedTuple):
     u, f : scratch vectors, displacement and force of the lines; f is 0 between calls
     """
 
-    SCRATCH = ("u", "f")
-
     nodes: np.ndarray
     places: np.ndarray
     lines: np.ndarray
@@ -53,6 +51,11 @@ class Rings(NamedTuple):
     arc_of: np.ndarray
     u: np.ndarray
     f: np.ndarray
+
+    @property
+    def SCRATCH(self) -> tuple[str, ...]:
+        """As rail_fem.fe.saved_state has it."""
+        return "u", "f"
 
 
 def find_rings(
@@ -63,7 +66,8 @@ def find_rings(
     points : (n, 3) [m];  cells : (m, 8) VTK order;  material : (m,) row of `rows`;  axis : its x and z [m].
     Rank-local.
     """
-    in_ring, groups = np.zeros(len(cells), bool), {}
+    in_ring = np.zeros(len(cells), bool)
+    groups: dict[tuple, list[np.ndarray]] = {}
     x, z = points[:, 0] - axis[0], axis[1] - points[:, 2]
     radius, angle = np.hypot(x, z), np.arctan2(x, z)
     for chain in _chains(cells, np.flatnonzero(_swept(radius, angle, points[:, 1], cells))):

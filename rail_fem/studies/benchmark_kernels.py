@@ -82,7 +82,7 @@ def block_domain(across: int, in_rings: bool = False) -> Domain:
 def structure_of(domain: Domain, kernel: Kernel) -> Structure:
     """The body on the kernel "one-point" or "full" of finite strain, or on the small-displacement one, "elastic", in
     "rings" where the domain is."""
-    if kernel in ("elastic", "rings"):
+    if kernel == "elastic" or kernel == "rings":
         return Structure(domain, [STEEL], small=(0,))
     return Structure(domain, [STEEL], settings=ElementSettings(kernel))
 
