@@ -72,10 +72,12 @@ def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate
 
 
 def foretold(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate:
-    """The estimate, less what meshes take where an earlier run on the same shapes has left them. Errors: as
-    anchored_path."""
+    """The estimate, less what meshes take where an earlier run on the same shapes has left them."""
     found = estimate_run(scene, settings, ranks)
-    if settings.mesh or not are_kept(scene, settings):
+    try:
+        if settings.mesh or not are_kept(scene, settings):
+            return found
+    except ValueError:  # no path beyond the window's ends: the run says why it cannot be meshed
         return found
     twin = settings.error_twin
     saved = MESHING * (1 + twin) + MESHING_PER_CELL * found.cells * (1 + TWIN_CELLS * twin)

@@ -11,7 +11,7 @@ import pytest
 import kernel_cache
 from geometry.meshing import blocks
 from geometry.meshing.blocks import mesh_cap
-from rail_fem.case.estimate import MESHING, foretold
+from rail_fem.case.estimate import MESHING, estimate_run, foretold
 from rail_fem.light import kept_meshes
 from rail_fem.light.kept_meshes import body_meshes, is_kept, kept
 from rail_fem.light.rigid import anchored_path, meshed_stretch
@@ -71,6 +71,8 @@ def test_the_time_foretold_is_less_by_the_meshes_that_are_kept(monkeypatch):
     saved = [one.wall_time - foretold(scene, settings).wall_time for one, settings in zip(fresh, (SETTINGS, twin))]
     assert 0 < MESHING < saved[0] < saved[1] < fresh[1].preparation
     assert foretold(scene.replace_si(wheel={"radius": 0.45}), SETTINGS).preparation == fresh[0].preparation
+    ends = SETTINGS.model_copy(update={"end": scene.crossing.surface.x_range[1]})
+    assert foretold(scene, ends) == estimate_run(scene, ends)  # no wheel stands there
 
 
 def test_an_edited_mesher_finds_none_of_its_old_meshes(monkeypatch):
