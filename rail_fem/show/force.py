@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from geometry.surfaces.crossing import CrossingError
 from rail_fem.light.rigid import rigid_path
@@ -27,10 +27,15 @@ MARKED = ((IMPACT, "*", TOTAL), *((share, "D", PURPLE) for share in SHARE.values
 WORDS = 0.105, 0.045  # width and height of a value with its bar, of the axes
 
 
-def force_figure(result: PassResult, title: str = "") -> Figure:
-    """Force above; wheel with the rigid wheel path, and crossing, beneath; titled by the model if by nothing else."""
+def force_figure(result: PassResult, title: str = "", ax: Any = None) -> Any:
+    """Force above; wheel with the rigid wheel path, and crossing, beneath; titled by the model if by nothing else. A
+    matplotlib Figure. ax : one's own axes, on which the forces alone are drawn, and which are returned"""
     name = title or result.model
     history = result.history
+    if ax is not None:
+        draw_forces(ax, result)
+        label_distance(ax, result)
+        return ax
     if len(history["x"]) == 0 or not np.isfinite(history["force"]).any():
         why = "has no rows" if len(history["x"]) == 0 else "holds no contact force"
         return words_instead(f"{name}: the history {why}, so there is no force to draw. {result.fault}")

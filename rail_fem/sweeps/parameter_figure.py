@@ -38,9 +38,13 @@ class Line:
     kind: int  # of the lines of its model
 
 
-def parameter_figure(sweep: SweepResults, quantity: str, against: str, models: tuple[str, ...] = ()) -> Figure:
-    """The figure. quantity : a column of the sweep's rows, e.g. "impact_on_wheel";  against : what varies, e.g.
-    "scene.speed" or "speed";  models : only these
+def parameter_figure(
+    sweep: SweepResults, quantity: str, against: str, models: tuple[str, ...] = (), ax: Any = None
+) -> Any:
+    """A matplotlib Figure; or `ax`, one's own axes, drawn on without a title.
+
+    quantity : a column of the sweep's rows, e.g. "impact_on_wheel";  against : what varies, e.g. "scene.speed" or
+    "speed";  models : only these
 
     Errors: ValueError for names that are no columns, or where no run resolves the quantity.
     """
@@ -53,11 +57,13 @@ def parameter_figure(sweep: SweepResults, quantity: str, against: str, models: t
         raise ValueError(f"--quantity {quantity}: no run of {', '.join(models) or 'this sweep'} resolves it")
     positions = _positions([row[key] for row in rows])
     lines = lines_of(rows, [name for name in map(title_of, sweep.varied) if name != key], column)
-    figure, axes = new_panels(7.5)
+    figure, axes = (None, ax) if ax is not None else new_panels(7.5)
     for number, line in enumerate(lines):
         _draw_line(axes, line, (key, column), positions, number, alone=len({one.model for one in lines}) == 1)
     _draw_static_load(axes, rows, (key, column), positions)
     _label(axes, (key, column), positions)
+    if figure is None:
+        return ax
     _give_title(figure, sweep, rows, column, key)
     return figure
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import bem
 import geometry
@@ -187,6 +188,9 @@ def test_a_history_becomes_a_data_set_in_si_with_its_units(result):
 def test_the_force_is_drawn(result, tmp_path):
     rail_fem.plot_force(result, "a title").savefig(tmp_path / "force.png")
     assert (tmp_path / "force.png").stat().st_size > 5000
+    own = Figure().subplots()
+    assert rail_fem.plot_force(result, ax=own) is own and own.get_ylabel() == "vertical force [kN]"
+    assert np.array_equal(own.lines[0].get_ydata(), result.history["force"] / 1e3)
 
 
 def test_settings_that_are_none_are_refused():

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from rail_fem import load_sweep, plot_sweep
 from rail_fem.case.casefile import load_case
@@ -183,6 +184,9 @@ def test_a_quantity_is_drawn_against_what_varies(swept, tmp_path):
     of_load = [label for label in lines if label.startswith("static wheel load, ")]
     assert {"p2_formula, stiffness 80 kN/mm", "p2_formula, stiffness 160 kN/mm", *of_load} == set(lines)
     assert len(of_load) == 1
+    own = Figure().subplots()
+    assert plot_sweep(load_sweep(swept), "p2", "speed", ax=own) is own
+    assert {line.get_label() for line in own.lines} == set(lines)
     assert "p2_formula's forces within 67% of fe_full's, all 80% (16 cases)" in figure.texts[0].get_text()
     assert np.array_equal(lines["p2_formula, stiffness 80 kN/mm"][:, 0], [30, 50, 70, 90])
     drawn = call(
