@@ -193,7 +193,8 @@ def beside_lines(sweep: Sweep) -> list[str]:
         return []
     apart = scenes_apart(sweep.results, sweep.others) or "the same scenes"
     said = [f"Common to all its cases [SI]: {apart}.", *state_lines(sweep.others), *cost_lines(sweep.others)]
-    return [" ".join(said), "", *count_lines(sweep.source.group, sweep.others), "", *table]
+    counted = [*count_lines(sweep.source.group, sweep.others), "Below, a trend that is found otherwise there says so."]
+    return [" ".join(said), "", " ".join(counted), "", *table]
 
 
 def state_lines(results: Results) -> list[str]:

@@ -12,7 +12,8 @@ def trend_lines(
     group: Group, results: Results, cases: Path, swept: CaseChanges = AS_IT_IS, beside: Results | None = None
 ) -> list[str]:
     """Markdown of a group's trends. cases : folder of the case files, for the controls;  swept : what was changed in
-    them;  beside : of another sweep of the cases, whose most expensive model is told as well"""
+    them;  beside : of another sweep of the cases, whose most expensive model is told where it finds
+    otherwise"""
     lines = []
     for trend in group.trend:
         found = check(trend, results)
@@ -21,7 +22,8 @@ def trend_lines(
         )
         unit = MEASURES[trend.quantity].unit
         lines += [f"  - {words}" for words in finding_words(found, unit)]
-        lines += [f"  - beside: {there[-1].words(unit)}"] if (there := check(trend, beside or {})) else []
+        there = check(trend, beside or {})[-1:]
+        lines += [f"  - beside: {one.words(unit)}" for one in there if not found or one.verdict != found[-1].verdict]
         lines += [f"  - {word} because: {trend.because}"] if trend.because and (word := reason_word(found)) else []
         lines += [f"  - control: {control_words(control, trend, cases, swept)}" for control in trend.control]
     return lines
