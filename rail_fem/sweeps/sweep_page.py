@@ -192,7 +192,7 @@ def beside_lines(sweep: Sweep) -> list[str]:
     if not table:
         return []
     apart = scenes_apart(sweep.results, sweep.others) or "the same scenes"
-    said = [f"Common to all its cases [SI]: {apart}.", *state_lines(sweep.others), *cost_lines(sweep.others)]
+    said = [f"Common to all its cases [SI]: {apart}.", *state_lines(sweep.others)]
     counted = [*count_lines(sweep.source.group, sweep.others), "Below, a trend that is found otherwise there says so."]
     return [" ".join(said), "", " ".join(counted), "", *table]
 
