@@ -11,6 +11,7 @@ forces of the first, over the steel that the one before has left, and stops wher
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -81,7 +82,12 @@ def solve(
 
         kept = folder / f"restart_{body}.npz" if folder is not None else None
         wheels = Wheels(settings.passes, tell, kept, {"case": of_case, "body": body}, restart)
-        flow = _rolled(stations, key, b, steels[body], settings, settings.cell_size, _reporter(progress, b), wheels)
+        told = (
+            nullcontext() if progress is None else progress.part(b / 2, (b + 1) / 2, f"plastic flow along the {body}")
+        )
+        with told:
+            report = _reporter(progress, len(stations), abs(run.x[-1] - run.x[0]) / scene.speed)
+            flow = _rolled(stations, key, b, steels[body], settings, settings.cell_size, report, wheels)
         flows[body] = flow
         flags += passes_flags(body, flow, settings.passes)
         found = _pieces(mine, flow, stations)
@@ -249,12 +255,12 @@ def _rolled(
     return roll_along(stations, elastic, hardening, cell, settings.agreement, report, wheels)
 
 
-def _reporter(progress, body: int) -> Callable[[float], None]:
+def _reporter(progress, stations: int, duration: float) -> Callable[[float], None]:
+    """Tells how far the steel has flowed along the path: number of the station, and the time at which the wheel is
+    there of `duration` [s]."""
     if progress is None:
         return lambda share: None
-    return lambda share: progress.update(
-        step=int(1000 * share), time=(body + share) / 2, end_time=1.0, message=f"plastic flow along the {BODIES[body]}"
-    )
+    return lambda share: progress.update(round(stations * share), duration * share, duration)
 
 
 def flow_flags(part: str, flow: Flow) -> list[Flag]:

@@ -1,5 +1,6 @@
 """The model bem_plastic: a short stretch of the nose, its files and figures, and what it says of itself."""
 
+import contextlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -85,13 +86,19 @@ class Stop(Exception):
 
 
 class StopsIn:
-    """A progress that ends the run once the nose has come so far."""
+    """A progress that ends the run once the nose has come so far; 80 mm at 75 mph last 2.4 ms."""
 
     def __init__(self, share: float) -> None:
         self.share = share
 
-    def update(self, step, time, message, **_) -> None:
-        if "nose" in message and step > 1000 * self.share:
+    @contextlib.contextmanager
+    def part(self, start, end, name):
+        self.name = name
+        yield
+
+    def update(self, step, time, end_time) -> None:
+        assert time <= end_time == pytest.approx(0.08 / (75 * 0.44704), rel=0.05)
+        if "nose" in self.name and time > end_time * self.share:
             raise Stop
 
 
