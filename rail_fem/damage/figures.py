@@ -119,7 +119,8 @@ def passes_figure(title: str, settings: DamageSettings, state: Evolution) -> Fig
         curve(tgamma, at, state.log[:, 3], "mean over points and passes", ORANGE, 1.5, marker="s", ms=4)
     shade_regions(tgamma, fatigue_of(settings))
     tgamma.set(ylabel="T\u03b3 [N]")
-    tgamma.legend(loc="upper right")
+    if tgamma.get_legend_handles_labels()[0]:  # of no pass there is nothing to name
+        tgamma.legend(loc="upper right")
     if len(state.log):
         force.plot(state.log[:, 0], state.log[:, 5] / 1e3, color=PURPLE, marker="^", ms=4)
         force.set_ylim(0, 1.15 * state.log[:, 5].max() / 1e3)

@@ -99,7 +99,7 @@ def test_a_table_is_read_by_the_names_of_its_columns(files, tmp_path):
     """Columns of other names, in another order; without names the first three; a unit in the name is the column's."""
     crossing = Crossing(family="sections", file=str(files / "crossing.slcs"))
     rows = [
-        f"{k},{x / MM!r},{y / MM!r},{z / MM!r}"
+        f"{k},{x / MM:.17g},{y / MM:.17g},{z / MM:.17g}"
         for k, (x, points) in enumerate(zip(crossing.read.x, crossing.read.sections))
         for y, z in points
     ]
@@ -120,7 +120,7 @@ def test_a_table_is_read_by_the_names_of_its_columns(files, tmp_path):
 def test_sections_upside_down_are_asked_whether_z_points_up(files, tmp_path):
     """Seen at the first glance, not told a height that would lead to the next refusal."""
     crossing = Crossing(family="sections", file=str(files / "crossing.slcs")).read
-    rows = [f"{x!r},{y!r},{-z!r}" for x, points in zip(crossing.x, crossing.sections) for y, z in points]
+    rows = [f"{x:.17g},{y:.17g},{-z:.17g}" for x, points in zip(crossing.x, crossing.sections) for y, z in points]
     (tmp_path / "down.csv").write_text("\n".join(["# unit: m", "x,y,z", *rows]))
     with pytest.raises(ValueError, match="section at x = -1 m: its middle lies lower than its ends.* does z point up"):
         Crossing(family="sections", file=str(tmp_path / "down.csv"))
