@@ -109,13 +109,15 @@ def sweep(
             outcomes += run_sweep(jobs_of(proofs, out, [better]), ranks, tell, workers, pool) if proofs else []
         except PoolError as error:
             stop(error)
-    report = sweep_report(outcomes, faults)
+    told = report = sweep_report(outcomes, faults)
     if rows is not None:
-        report = write_rows(rows, outcomes, out) + "\n" + report
+        table = write_rows(rows, outcomes, out)
+        told = report = table + "\n" + report
+        if rows.fleet is not None:  # nobody reads a table of all its passes in a terminal
+            told = table + "\n".join(failures(outcomes, faults))
     if not one:
         write_tables(out, report, bool(vary))
-    drawn = rows is not None and rows.fleet is not None  # nobody reads a table of all its passes in a terminal
-    say("\n" + (report[: report.index("\n# Sweep")] + "\n".join(failures(outcomes, faults)) if drawn else report))
+    say("\n" + told)
     if MANNER.as_json:
         emit(sweep_facts(out, outcomes, faults))
     if faults or any(outcome.state == FAILED for outcome in outcomes):

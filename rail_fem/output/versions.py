@@ -1,8 +1,10 @@
 """Versions of everything that an answer depends on, as far as it is installed."""
 
+import contextlib
 import functools
 import platform
 import subprocess
+from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 
@@ -55,22 +57,26 @@ def versions() -> dict[str, str]:
 
 def import_pandas():
     """The package pandas, which only tables in Python need. Errors: ModuleNotFoundError, with what to do."""
-    try:
+    with _needed("pandas", "tables in Python need", "history.csv and sweep.csv hold"):
         import pandas
-    except ModuleNotFoundError as error:
-        words = "tables in Python need pandas: pip install pandas; history.csv and sweep.csv hold the same without it"
-        raise ModuleNotFoundError(words, name="pandas") from error
     return pandas
 
 
 def import_xarray():
     """The package xarray, of those alone who ask for its data sets. Errors: ModuleNotFoundError, with what to do."""
-    try:
+    with _needed("xarray", "data sets need", "to_dataframe and the .csv files hold"):
         import xarray
-    except ModuleNotFoundError as error:
-        words = "data sets need xarray: pip install xarray; to_dataframe and the .csv files hold the same without it"
-        raise ModuleNotFoundError(words, name="xarray") from error
     return xarray
+
+
+@contextlib.contextmanager
+def _needed(package: str, what: str, without: str) -> Iterator[None]:
+    """Says of a package that is not installed what needs it and what does without."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        words = f"{what} {package}: pip install {package}; {without} the same without it"
+        raise ModuleNotFoundError(words, name=package) from error
 
 
 def git_revision() -> str:

@@ -7,7 +7,7 @@ In a list of changes (rail_fem.sweeps.rows) in place of [rows]:
     seed = 1
     [fleet.draw]
     "scene.speed" = { mean = "75 mph", deviation = "8 mph", low = "40 mph", high = "100 mph" }  # normal, cut off
-    "scene.axle_load" = { low = "12 t", high = "25 t" }                                         # anything between
+    "scene.vehicle.axle_load" = { low = "12 t", high = "25 t" }                                 # anything between
     "scene.wheel.profile" = { of = ["P8", "P8-worn", "P1"], weights = [2, 5, 1] }
 
 With proven_by = "fe_full" and proven = 20 so many passes, those about the quantiles, are run by that model too, and the
