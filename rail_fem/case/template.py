@@ -1,7 +1,6 @@
 """Case files written by the program: one to begin with, of every key of the scene and of some models with unit, range,
 default and meaning; and that of a run, to repeat it."""
 
-import json
 from collections.abc import Iterator
 from pathlib import PurePath
 from typing import Any
@@ -10,6 +9,7 @@ from pydantic import BaseModel
 
 from rail_fem.case.casefile import LONGEST_TITLE
 from rail_fem.case.keys import WRITTEN, Key, section_keys
+from rail_fem.case.variations import as_toml
 from rail_fem.hierarchy import MODELS
 from rail_fem.scene.input_errors import meaning, quantity_of
 from rail_fem.scene.scene import READING, Scene
@@ -95,7 +95,7 @@ def _toml(value: Any, quantity: Quantity | None = None) -> str:
     if isinstance(value, tuple):
         return f"[{', '.join(_toml(entry, quantity) for entry in value)}]"
     if quantity is None or isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
+        return as_toml(value)
     texts = [show(value, quantity.unit, digits) for digits in range(6, 18)]
     exact = next((text for text in texts if quantity.read(text) == value), texts[-1])
-    return exact if not quantity.unit else json.dumps(exact, ensure_ascii=False)
+    return as_toml(exact) if quantity.unit else exact

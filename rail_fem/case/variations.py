@@ -70,15 +70,15 @@ def plain_value(text: str) -> Any:
 def as_setting(key: str, value: Any) -> str:
     """The inverse of `read_setting`, for another process's command line."""
     plain = isinstance(value, str) and value == value.strip() != "" and plain_value(value) == value
-    return f"{key}={value if plain else _toml(value)}"
+    return f"{key}={value if plain else as_toml(value)}"
 
 
-def _toml(value: Any) -> str:
+def as_toml(value: Any) -> str:
     """A value on one line as TOML has it."""
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{_toml(str(name))} = {_toml(inner)}" for name, inner in value.items()) + "}"
+        return "{" + ", ".join(f"{as_toml(str(name))} = {as_toml(inner)}" for name, inner in value.items()) + "}"
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(map(_toml, value)) + "]"
+        return "[" + ", ".join(map(as_toml, value)) + "]"
     if isinstance(value, bool):
         return str(value).lower()
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
