@@ -101,7 +101,7 @@ def mark_worst(axes, fields: CrossingFields, owner: np.ndarray, corners: np.ndar
         if not len(mine) or not strain.max() > 0:
             continue
         x, y = corners[mine[strain.argmax()]].mean(axis=0)
-        words = f"{body}: surface elements at most {100 * strain.max():.2f} % at x = {x:.1f}, y = {y:.1f} mm"
+        words = f"{body}, surface: {100 * strain.max():.2f} % at x = {x:.1f}, y = {y:.1f} mm"
         ring(axes, x, y, marker, BODY[body], words, 13, 2.2)
 
 

@@ -197,7 +197,7 @@ def test_worst_surface_element_of_each_body_is_named_with_its_place(tmp_path):
     for i, body in enumerate(("wing", "nose")):
         worst = np.flatnonzero(mesh.region == i)[strain[mesh.region == i].argmax()]
         assert np.abs(centre[worst, :2] - WORST[body][:2]).max() < 2e-3  # within the element of 2.5 x 3 mm
-        stated = re.search(rf"{body}: surface elements at most (\S+) % at x = (\S+), y = (\S+) mm", said)
+        stated = re.search(rf"{body}, surface: (\S+) % at x = (\S+), y = (\S+) mm", said)
         exact = [100 * strain[worst], *(1e3 * centre[worst, :2])]
         # as many digits are said
         assert np.abs(np.array(stated.groups(), float) - exact) == pytest.approx(0, abs=0.0501)
