@@ -35,7 +35,7 @@ def design(
     rounds: Annotated[
         int,
         typer.Option(
-            help="with --prove: so many times search and proof, each search corrected by the proofs before",
+            help="with --prove: so many times search (or inversion) and proof, each corrected by the proofs before",
             min=1,
             max=20,
         ),
@@ -59,7 +59,8 @@ def design(
     from there with the light model's numbers corrected by what the proofs have found, and proves again.
 
     A file with observations in place of objectives is inverted: how likely each scene is by them, OUT/inversion.md and
-    .png. --prove then runs its proven passes in the most likely scene, and corrects the light model by them.
+    .png. --prove then runs its proven passes in the most likely scene, and corrects the light model by them; with
+    --rounds trials go on where the corrected facts make scenes likely, and the most likely of these is proven, too.
     """
     from rail_fem.case.casefile import CaseError
     from rail_fem.case.variations import VariationError, read_settings
@@ -80,9 +81,9 @@ def design(
         if prove:
             check_proof(problem, changes, finer or (), ranks)
         if problem.facts:
-            if finer or begin is not None or rounds > 1:
-                stop("--finer, --begin and --rounds are of a search: an inversion has none of them")
-            _invert(problem, out, workers, prove, changes, ranks, scenes)
+            if finer or begin is not None:
+                stop("--finer and --begin are of a search: an inversion has neither")
+            _invert(problem, out, workers, rounds if prove else 0, changes, ranks, scenes)
             return
         earlier = trials_of(problem, begin) if begin is not None else []
         if not prove:
@@ -106,18 +107,21 @@ def design(
 
 
 def _invert(
-    problem: "Problem", out: Path, workers: int, prove: int, settings: dict[str, Any], ranks: int, scenes: int
+    problem: "Problem", out: Path, workers: int, rounds: int, settings: dict[str, Any], ranks: int, scenes: int
 ) -> None:
-    """Invert, prove the most likely scene where asked for, and try scenes of known truth."""
-    from rail_fem.design.inversion import covered, invert, proved
+    """Invert, `rounds` times prove the most likely scene and judge anew, and try scenes of known truth."""
+    from rail_fem.design.inversion import covered, invert, judged
     from rail_fem.design.inversion_report import coverage_words, write_inversion
-    from rail_fem.design.proof import ProvenShape, prove_design
+    from rail_fem.design.proof import ProofRun, ProvenShape, prove_design
 
     found = invert(problem, out, workers, say)
-    if prove:
-        shape = ProvenShape("likely", "most likely", found.likely)
-        runs = prove_design(problem, [shape], out, settings=settings, ranks=ranks, say=tell)
-        found = proved(problem, found, runs)
+    runs: list[ProofRun] = []
+    for number in range(rounds):
+        if number:
+            found = invert(problem, out, workers, say, found, runs)
+        shape = ProvenShape(f"likely_{number}", f"most likely, round {number + 1}", found.likely)
+        runs += prove_design(problem, [shape], out, settings=settings, ranks=ranks, say=tell)
+        found = judged(problem, found.trials, found.late, found.start, runs)
     say("\n" + write_inversion(problem, found, out))
     if scenes:
         say(coverage_words(problem, covered(problem, out, scenes, workers)))

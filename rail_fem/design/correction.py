@@ -4,11 +4,12 @@ was proven they are the explicit model's.
 A force is multiplied by the explicit model's over the light model's, a length or time (a flight may be none) changed by
 their difference. Between proven shapes both are interpolated by the radial functions abs(x - x_k) and a constant
 (SciPy's RBFInterpolator), each variable counted in its bounds: along one variable, straight lines from shape to shape.
-A pass that is not proven stays as the light model has it.
+A pass that is not proven stays as the light model has it, or is moved by what is common to those that are
+(`with_common`).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -49,6 +50,19 @@ def learned(problem: Problem, runs: Sequence[ProofRun]) -> Correction:
     unknown = np.where(np.isnan(proven), np.nan, 0.0)
     points = np.array([_within_bounds(problem, shape.trial.values) for shape in shapes])
     return Correction(points, np.where(force, ratio, 1.0 + unknown), np.where(force, unknown, proven - light))
+
+
+def with_common(problem: Problem, correction: Correction) -> Correction:
+    """Passes that no proof knows, at each shape by the mean of those of the same quantity that it does and one that is
+    as the light model has it: so many can tell no more."""
+    filled = {"factors": np.log(correction.factors), "added": correction.added.copy()}
+    for quantity in {quantity for _, quantity in problem.columns}:
+        own = [k for k, (_, q) in enumerate(problem.columns) if q == quantity]
+        for part in filled.values():
+            count = np.isfinite(part[:, own]).sum(axis=1, keepdims=True)
+            common = np.nansum(part[:, own], axis=1, keepdims=True) / (1 + count)
+            part[:, own] = np.where(np.isnan(part[:, own]), common, part[:, own])
+    return replace(correction, factors=np.exp(filled["factors"]), added=filled["added"])
 
 
 def proven_numbers(problem: Problem, runs: Sequence[ProofRun], shape: str) -> np.ndarray:

@@ -1,5 +1,5 @@
 """The scene behind a source: trials spread over the bounds, then where the facts make scenes likely, and what they say
-of the unknowns."""
+of the unknowns; once the likely scene is proven, the same with the light model's numbers as the proofs correct them."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -9,18 +9,9 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import qmc
 
-from rail_fem.design.correction import proven_numbers
+from rail_fem.design.correction import learned, proven_numbers, with_common
 from rail_fem.design.observations import FactGroup
-from rail_fem.design.posterior import (
-    LEAST_TRIALS,
-    SAMPLES,
-    Known,
-    form_of,
-    interval,
-    known_by_trials,
-    sample,
-    with_proof,
-)
+from rail_fem.design.posterior import LEAST_TRIALS, SAMPLES, Known, form_of, interval, known_by_trials, sample
 from rail_fem.design.problem import DesignError, Problem
 from rail_fem.design.proof import ProofRun
 from rail_fem.design.search import SearchRecord, Trial, numbers_of, rounded
@@ -34,15 +25,16 @@ FORMS = np.linspace(0, 1, 25)  # between their bounds, at which a trial is judge
 class Inversion:
     """known : facts and emulators;  samples (m, k + 1) : of the posterior, unknowns and error of form between their
     bounds 0 and 1;  without (g, k + 1, 2) : mean and standard deviation of each unknown with one group of facts left
-    out;  start : the case as it is;  likely : the trial that the facts make most likely;  trials : how many, those that
-    could not be run"""
+    out;  start : the case as it is;  likely : the trial that the facts make most likely;  trials : all, the last `late`
+    that could be run where the facts make scenes likely"""
 
     known: list[Known]
     samples: np.ndarray
     without: np.ndarray
     start: Trial
     likely: Trial
-    trials: tuple[int, int]
+    trials: list[Trial]
+    late: int
 
     @property
     def interval(self) -> np.ndarray:
@@ -50,42 +42,67 @@ class Inversion:
         return interval(self.samples)
 
 
-def invert(problem: Problem, out: Path, workers: int = 2, say: Callable[[str], None] = print) -> Inversion:
-    """Make the trials, or go on with them, and judge them. Errors: DesignError where too few trials can be run, or
-    `out` holds another search."""
+def invert(
+    problem: Problem,
+    out: Path,
+    workers: int = 2,
+    say: Callable[[str], None] = print,
+    earlier: Inversion | None = None,
+    proofs: Sequence[ProofRun] = (),
+) -> Inversion:
+    """Make the trials, or go on with them, and judge them; more than `earlier` has, by the light model as `proofs`
+    correct it. Errors: DesignError where too few trials can be run, or `out` holds another search."""
     record, design = SearchRecord(problem, Path(out)), problem.design
     with executor(workers, home=__name__) as pool:
         start = record.start(lambda points: list(pool.map(numbers_of, [problem] * len(points), points)))
-        trials = _made(record, pool, _spread(problem))
-        late = 0
+        trials, late = (earlier.trials, earlier.late) if earlier else (_made(record, pool, _spread(problem)), 0)
         for number in range(design.rounds):
-            known = _known(problem, trials, late)
+            known = _known(problem, trials, late, proofs)
             samples = sample(known, len(design.vary), design.seed + number)
             drawn = samples[:: max(1, 4 * len(samples) // design.trials), :-1]
             more = _made(record, pool, scaled_back(problem, drawn))
             trials, late = trials + more, late + len(_run(more))
             say(f"{len(trials)} trials, of them {late} where the facts make scenes likely")
-        if design.guess:
-            trials = trials + _made(record, pool, np.array([design.guessed]))
-    known = _known(problem, trials, late)
-    likely = max(_run(trials), key=lambda trial: likelihood(problem, trial))
-    counts = len(trials), len(trials) - len(_run(trials))
-    return Inversion(known, *_sampled(problem, known), start, likely, counts)
+        if design.guess and not earlier:
+            trials = _made(record, pool, np.array([design.guessed])) + trials
+    return judged(problem, trials, late, start, proofs)
 
 
-def proved(problem: Problem, found: Inversion, proofs: Sequence[ProofRun]) -> Inversion:
-    """The same trials corrected by runs of the explicit model of their most likely scene."""
-    known = with_proof(found.known, proof_ratios(problem, proofs, found.likely))
-    samples, without = _sampled(problem, known)
-    return replace(found, known=known, samples=samples, without=without)
-
-
-def _sampled(problem: Problem, known: list[Known]) -> tuple[np.ndarray, np.ndarray]:
-    """Samples of the posterior, and its `Inversion.without`."""
-    count, seed = len(problem.design.vary), problem.design.seed
+def judged(
+    problem: Problem, trials: list[Trial], late: int, start: Trial, proofs: Sequence[ProofRun] = ()
+) -> Inversion:
+    """What trials say, corrected by all runs of the explicit model of some of them."""
+    known, count, seed = _known(problem, trials, late, proofs), len(problem.design.vary), problem.design.seed
     left_out = [sample([*known[:k], *known[k + 1 :]], count, seed) for k in range(len(known))]
     without = np.array([np.column_stack([own.mean(axis=0), own.std(axis=0)]) for own in left_out])
-    return sample(known, count, seed), without
+    start, *run = corrected(problem, [start, *_run(trials)], proofs)
+    likely = max(run, key=lambda trial: likelihood(problem, trial, known))
+    return Inversion(known, sample(known, count, seed), without, start, likely, trials, late)
+
+
+def corrected(problem: Problem, trials: Sequence[Trial], proofs: Sequence[ProofRun]) -> list[Trial]:
+    """Trials with what a proof is expected to find of each."""
+    if not any(run.result for run in proofs):
+        return list(trials)
+    correction = with_common(problem, learned(problem, proofs))
+    return [replace(trial, corrected=correction.of(problem, trial.values, trial.numbers)) for trial in trials]
+
+
+def scatter_of(problem: Problem, group: FactGroup, proofs: Sequence[ProofRun]) -> tuple[float, int]:
+    """Root mean square of what the correction by all other proofs misses of each, in the group's facts of its pass, as
+    compared (0 where there is one proof alone); and how many of the group's passes have a proof."""
+    missed: list[float] = []
+    for run in proofs:
+        others = [other for other in proofs if other is not run]
+        if run.one.name in group.value and any(other.result for other in others):
+            (trial,) = corrected(problem, [run.shape.trial], others)
+            explicit = proven_numbers(problem, proofs, run.shape.name)
+            beside = facts_of(problem, group, np.array([explicit, trial.expected]))
+            missed.append(float(np.subtract(*beside[:, list(group.value).index(run.one.name)])))
+    known = [one for one in missed if np.isfinite(one)]
+    return float(np.sqrt(np.mean(np.square(known)))) if known else 0.0, len(
+        {run.one.name for run in proofs if run.result} & {*group.value}
+    )
 
 
 def scaled(problem: Problem, values: np.ndarray) -> np.ndarray:
@@ -105,23 +122,14 @@ def facts_of(problem: Problem, group: FactGroup, numbers: np.ndarray) -> np.ndar
     return group.of(numbers[:, [problem.columns.index(column) for column in group.columns]])
 
 
-def likelihood(problem: Problem, trial: Trial) -> float:
+def likelihood(problem: Problem, trial: Trial, known: Sequence[Known]) -> float:
     """Logarithm, up to a constant, of a trial's own numbers at the error of form at which it is largest."""
     form, total = form_of(FORMS), np.zeros(len(FORMS))
-    for group in problem.facts:
-        found = facts_of(problem, group, trial.numbers[None])
-        total += group.log_likelihood(np.repeat(found, len(form), axis=0), np.zeros((1, 1)), form)
+    for one in known:
+        found = np.repeat(facts_of(problem, one.group, trial.expected[None]), len(form), axis=0)
+        error = one.scatter**2 * np.eye(found.shape[1])
+        total += one.group.log_likelihood(found, error, form, one.proven)
     return float(np.nan_to_num(total, nan=-np.inf).max())
-
-
-def proof_ratios(problem: Problem, runs: Sequence[ProofRun], likely: Trial) -> dict[str, dict[str, float]]:
-    """By group and pass what the explicit model has beside the light one, as compared; of passes that were proven."""
-    explicit = proven_numbers(problem, runs, runs[0].shape.name)
-    ratios = {}
-    for group in problem.facts:
-        beside = facts_of(problem, group, explicit[None])[0] - facts_of(problem, group, likely.numbers[None])[0]
-        ratios[group.name] = {name: float(one) for name, one in zip(group.value, beside) if np.isfinite(one)}
-    return ratios
 
 
 def covered(problem: Problem, out: Path, scenes: int, workers: int = 2) -> np.ndarray:
@@ -157,16 +165,18 @@ def _found_again(problem: Problem, trials: Sequence[Trial], fold: np.ndarray) ->
     return np.array(found)
 
 
-def _known(problem: Problem, trials: Sequence[Trial], late: int) -> list[Known]:
-    good = _run(trials)
+def _known(problem: Problem, trials: Sequence[Trial], late: int, proofs: Sequence[ProofRun] = ()) -> list[Known]:
+    good = corrected(problem, _run(trials), proofs)
     if len(good) < LEAST_TRIALS:
         raise DesignError(
             f"{len(good)} of {len(trials)} trials could be run, at least {LEAST_TRIALS} are needed, the last:"
             f" {[trial.fault for trial in trials if trial.fault][-1:]}"
         )
     points = scaled(problem, np.array([trial.values for trial in good]))
-    numbers = np.array([trial.numbers for trial in good])
-    return known_by_trials(problem.facts, problem.columns, points, numbers, late)
+    numbers = np.array([trial.expected for trial in good])
+    known = known_by_trials(problem.facts, problem.columns, points, numbers, late)
+    told = [scatter_of(problem, one.group, proofs) for one in known]
+    return [replace(one, scatter=scatter, proven=proven) for one, (scatter, proven) in zip(known, told)]
 
 
 def _spread(problem: Problem) -> np.ndarray:

@@ -40,13 +40,15 @@ def inversion_report(problem: Problem, found: Inversion) -> str:
         [
             f"# The scene behind {Path(design.observations).name}, by {design.model}",
             "",
-            f"{found.trials[0]} trials, {found.trials[1]} of them could not be run (seed {design.seed}).",
+            f"{len(found.trials)} trials, {sum(bool(trial.fault) for trial in found.trials)} of them could not be run"
+            f" (seed {design.seed}).",
             f"Relative error of the model's form: {form[0]:.1f} % ({form[1]:.1f} to {form[2]:.1f} %).",
             "",
             *markdown_table(["unknown", "bounds", "mean", "95 %", "width over the bounds", "most likely trial"], rows),
             "",
             *markdown_table(
-                ["fact", "pass", "printed", "start", "most likely", "corrected by"], _facts(problem, found)
+                ["fact", "pass", "printed", "start", "most likely", "of it correction", "scatter of it"],
+                _facts(problem, found),
             ),
             "",
             "Without one group of facts each, the standard deviation of each unknown over that with all, in brackets by"
@@ -80,13 +82,15 @@ def _facts(problem: Problem, found: Inversion) -> list[list[str]]:
     rows = []
     for one in found.known:
         group = one.group
-        sides = [facts_of(problem, group, trial.numbers[None])[0] for trial in (found.start, found.likely)]
+        sides = [facts_of(problem, group, trial.expected[None])[0] for trial in (found.start, found.likely)]
+        shifts = sides[1] - facts_of(problem, group, found.likely.numbers[None])[0]
         bound = {"": "", "least": ">= ", "most": "<= "}[group.bound]
         shown = lambda value: f"{np.exp(value) if group.relative else value:.4g}"
         change = lambda shift: f"{100 * np.expm1(shift):+.1f} %" if group.relative else f"{shift:+.3g}"
-        for name, value, a, b, shift in zip(group.value, group.values, *sides, one.shift):
+        for name, value, a, b, shift in zip(group.value, group.values, *sides, shifts):
             printed = f"{bound}{shown(value)} {group.unit} +- {group.sd}"
-            rows.append([group.name, name, printed, shown(a), shown(b), change(shift) if shift else ""])
+            told = [change(shift) if shift else "", change(one.scatter).lstrip("+") if one.scatter else ""]
+            rows.append([group.name, name, printed, shown(a), shown(b), *told])
     return rows
 
 
@@ -151,7 +155,7 @@ def _draw_facts(problem: Problem, found: Inversion, axes) -> None:
         for row, one in enumerate(found.known):
             group = one.group
             spread = np.hypot(group.spread, form if group.relative else 0.0)
-            beside = (facts_of(problem, group, trial.numbers[None])[0] - group.values) / spread
+            beside = (facts_of(problem, group, trial.expected[None])[0] - group.values) / spread
             if group.bound:
                 beside = np.minimum(beside, 0) if group.bound == "least" else np.maximum(beside, 0)
             axes.plot(

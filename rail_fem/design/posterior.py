@@ -27,30 +27,29 @@ LEAST_TRIALS = 20  # by which an emulator can be made
 
 @dataclass(frozen=True)
 class Known:
-    """A group of facts and what stands in for the model. shift (n,) : added to the emulator's answers, what proofs have
-    found;  proven : of how many passes"""
+    """A group of facts and what stands in for the model. scatter : of the explicit model's answers about the light
+    model's as corrected, as compared;  proven : passes that have told of it"""
 
     group: FactGroup
     model: Emulator
-    shift: np.ndarray
     local: np.ndarray  # (trials of the emulator,) whether by them its error is judged
+    scatter: float = 0.0
     proven: int = 0
 
     def of(self, group: FactGroup) -> "Known":
         """The same of a group of some of its passes."""
         own = [list(self.group.value).index(name) for name in group.value]
-        return replace(self, group=group, model=self.model.only(own), shift=self.shift[own])
+        return replace(self, group=group, model=self.model.only(own))
 
     @cached_property
     def error(self) -> np.ndarray:
-        """(n, n)  covariance of the emulator's errors about 0."""
+        """(n, n)  covariance of the errors of emulator and correction about 0."""
         missed = self.model.residuals[self.local]
-        return missed.T @ missed / len(missed)
+        return missed.T @ missed / len(missed) + self.scatter**2 * np.eye(missed.shape[1])
 
     def log_likelihood(self, samples: np.ndarray) -> np.ndarray:
         """(m,)  at samples (m, k + 1): unknowns and error of form, each between its bounds 0 and 1."""
-        found = self.model(samples[:, :-1]) + self.shift
-        return self.group.log_likelihood(found, self.error, form_of(samples[:, -1]), self.proven)
+        return self.group.log_likelihood(self.model(samples[:, :-1]), self.error, form_of(samples[:, -1]), self.proven)
 
 
 def form_of(share: np.ndarray) -> np.ndarray:
@@ -76,7 +75,7 @@ def known_by_trials(
     for group in groups:
         own = group.of(numbers[:, [columns.index(column) for column in group.columns]])
         runs = np.isfinite(own).all(axis=1)
-        known.append(Known(group, judged_emulator(points[runs], own[runs]), np.zeros(own.shape[1]), late[runs]))
+        known.append(Known(group, judged_emulator(points[runs], own[runs]), late[runs]))
     return known
 
 
@@ -129,15 +128,3 @@ def _moved(samples: np.ndarray, value: np.ndarray, power: float, likely: Callabl
 def interval(samples: np.ndarray) -> np.ndarray:
     """(2, k)  the 95 % interval of each unknown of samples (m, k): the central CENTRAL of them."""
     return np.quantile(samples, (0.5 - CENTRAL / 2, 0.5 + CENTRAL / 2), axis=0)
-
-
-def with_proof(known: Sequence[Known], ratios: dict[str, dict[str, float]]) -> list[Known]:
-    """The same, corrected by what an explicit model has for some passes, less what the light model has there, as
-    compared: by group and pass. What is common to them moves the others too, as far as so few can tell."""
-    corrected = []
-    for one in known:
-        own = ratios.get(one.group.name, {})
-        common = sum(own.values()) / (1 + len(own))
-        shift = np.array([own.get(name, common) for name in one.group.value])
-        corrected.append(replace(one, shift=shift, proven=len(own)))
-    return corrected

@@ -8,11 +8,15 @@ from typer.testing import CliRunner
 
 from rail_fem.cli import app
 from rail_fem.design.emulator import _cost, judged_emulator
-from rail_fem.design.inversion import covered
+from rail_fem.design.inversion import corrected, covered, judged, scatter_of
 from rail_fem.design.observations import FactGroup
-from rail_fem.design.posterior import known_by_trials, sample, with_proof
+from rail_fem.design.posterior import known_by_trials, sample
 from rail_fem.design.problem import DesignError, read_design
+from rail_fem.design.proof import ProofRun, ProvenShape
+from rail_fem.design.search import Trial
+from rail_fem.output.result import Peak
 from tests.rail_fem.test_casefile import ROOT
+from tests.rail_fem.test_error_bars import at_size
 
 FACTS = """
 [[group]]
@@ -142,13 +146,46 @@ def test_facts_are_drawn_with_the_errors_that_are_counted():
     assert kstest(square, "chi2", args=(2,)).pvalue > 0.01
 
 
-def test_a_proof_moves_what_was_not_proven_by_what_is_common():
+def proofs(problem, trial, **forces):
+    """Runs of the explicit model of a trial's scene, with such forces on the nose [kN]."""
+    runs = []
+    for one in problem.design.passes:
+        if one.name in forces:
+            made = at_size(2e-3, 0.0)
+            made.peaks["largest_force_nose"] = Peak(1e3 * forces[one.name], "N", x=0.38)
+            runs.append(ProofRun(ProvenShape("likely", "likely", trial), one, 2e-3, made))
+    return runs
+
+
+def test_a_proof_moves_what_was_not_proven_by_what_is_common(problem):
     """One of two passes is 20 % higher by the explicit model: the other moves by half of it, as far as one can tell."""
-    facts = group(sd="5 %")
-    points = np.random.default_rng(2).random((30, 1))
-    known = known_by_trials([facts], facts.columns, points, 100 + 30.0 * points * [1.0, 2.0])
-    (moved,) = with_proof(known, {"a": {"one": np.log(1.2)}})
-    assert np.exp(moved.shift) == pytest.approx([1.2, np.sqrt(1.2)]) and moved.proven == 1
+    problem = read_design(problem)
+    trial = Trial(np.array([200.0, 50.0]), np.array([100.0, 100.0]), 0.0)
+    (moved,) = corrected(problem, [trial], proofs(problem, trial, fast=120.0))
+    by_pass = dict(zip([name for name, _ in problem.columns], moved.expected))
+    assert by_pass == pytest.approx({"fast": 120.0, "slow": 100.0 * np.sqrt(1.2)})
+
+
+def test_what_a_correction_cannot_know_is_its_scatter(problem):
+    """Factors of 1.2 and 1.1: each is missed by what the square root of the other does not tell of it."""
+    problem = read_design(problem)
+    trial = Trial(np.array([200.0, 50.0]), np.array([100.0, 100.0]), 0.0)
+    runs = proofs(problem, trial, fast=120.0, slow=110.0)
+    missed = np.log([1.2 / np.sqrt(1.1), 1.1 / np.sqrt(1.2)])
+    scatter, passes = scatter_of(problem, problem.facts[0], runs)
+    assert scatter == pytest.approx(np.sqrt(np.mean(missed**2))) and passes == 2
+    assert scatter_of(problem, problem.facts[0], runs[:1]) == (0.0, 1)  # one proof alone: nothing to hold it to
+
+
+def test_the_likely_scene_is_that_of_the_corrected_numbers(problem):
+    """The light model meets the facts (150, 200 kN) at the first trial; the explicit model has a quarter more there."""
+    problem = read_design(problem)
+    at = np.linspace(0.0, 1.0, 40)
+    numbers = np.array([150.0, 200.0]) if problem.columns[0][0] == "slow" else np.array([200.0, 150.0])
+    trials = [Trial(np.array([100 + 400 * x, 20 + 100 * (7 * x % 1)]), numbers * (1 - 0.4 * x), 0.0) for x in at]
+    assert judged(problem, trials, 0, trials[0]).likely is trials[0]
+    runs = proofs(problem, trials[0], slow=187.5, fast=250.0)
+    assert judged(problem, trials, 0, trials[0], runs).likely.expected == pytest.approx(numbers, rel=0.02)
 
 
 def test_known_scenes_are_found_again(problem, tmp_path):
