@@ -40,7 +40,7 @@ CAST_LIMITS = {  # of the parameters, SI
     "transition_smoothness": (0.0, 2.0),
     "leg_lowering": (-0.003, 0.005),
     "leg_fade": (0.05, 1.0),
-    "wing_raise": (-0.003, 0.008),
+    "wing_raise": (-0.006, 0.008),
     "wing_flare": (0.0, 0.05),
     "flare_start": (0.0, 1.2),
     "nose_lowering": (-0.0015, 0.005),

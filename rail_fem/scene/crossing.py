@@ -95,7 +95,7 @@ class Crossing(Frozen):
     leg_lowering: Annotated[float, Quantity("mm", -3, 5, "depth cut off the running surface at the leg's end")] = 0.0
     leg_fade: Annotated[float, Quantity("mm", 50, 1000, "length over which the leg regains its height")] = 0.3
     wing_raise: Annotated[
-        float, Quantity("mm", -3, 8, "height that the wing gains from knuckle to theoretical intersection")
+        float, Quantity("mm", -6, 8, "height that the wing gains from knuckle to theoretical intersection")
     ] = 0.0
     wing_flare: Annotated[float, Quantity("mrad", 0, 50, "further opening of the flangeway by the wing")] = 0.0
     flare_start: Annotated[float, Quantity("mm", 0, 1200, "x where the wing's flare begins")] = 0.5
