@@ -99,11 +99,6 @@ STUDIES = {
         "friction work and wear over the wing-nose transfer where patches change as they roll, against steady ones",
         ("--quick",),
     ),
-    "damage-numbers": Study(
-        "rail_fem.studies.damage_numbers",
-        "every number asked of the damage part, measured anew: passes, grids, blocks, laws, friction, shakedown",
-        ("--quick",),
-    ),
     "benchmark": Study(
         "rail_fem.studies.benchmark",
         "speed of the models: kernels beside dolfinx's own assembly, a step of a pass, ranks, light passes",

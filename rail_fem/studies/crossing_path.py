@@ -7,29 +7,25 @@ The paths are rigid and quasi-static: run backwards (trailing) a wheel touches t
 becomes a fall.
 """
 
-from itertools import cycle
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
-from matplotlib.figure import Figure
 
 from geometry.axes import tread_datum_y
 from geometry.path.contact_band import PathNumbers, band_edges, clearance, path_numbers
 from geometry.path.wheel_path import WheelPath, wheel_path
 from geometry.profiles.formats.slices import read_slices
 from geometry.profiles.wheel import WHEEL_NAMES
+from geometry.surfaces.bodies import BODIES
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.sections import SectionCrossing, section_path
 from rail_fem.scene.wheel_profile import wheel_shape
 from rail_fem.show.crossing_figure import GAUGE_DEPTH
-from rail_fem.show.panels import titled
-from rail_fem.show.style import GREEN, HALO, NOSE, PURPLE, TOTAL, WING, new_figure
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
 
 MM = 1e-3
-LINE_CONTACT = 20 * MM  # a band wider than this is a line contact, whose deepest point is undetermined
 APPROACH = 0.1 * MM  # elastic approach of a wheel under 80 to 100 kN, whose patch's width the bands show
 RADIUS = 0.46
 # geometry_and_materials.md 3.7, on the benchmark's sections at 1:9.25, radius 460 mm, found by others with cuts of the
@@ -111,89 +107,22 @@ def outline(crossing: CastCrossing, x: np.ndarray, y: np.ndarray, body: str) -> 
     return band_edges(np.where(height > -GAUGE_DEPTH, -1.0, 1.0), y, 0.0)
 
 
-def draw(crossing: CastCrossing, paths: dict[str, WheelPath], numbers: dict[str, PathNumbers]) -> Figure:
-    """One plan a wheel with its band, and the heights of all axles below."""
-    figure = new_figure(3.0 * len(paths) + 4.2)
-    heights = [1.0] * len(paths) + [1.25]
-    axes = figure.subplots(len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights})
-    first = next(iter(paths.values()))
+def panels(crossing: CastCrossing, paths: dict[str, WheelPath], numbers: dict[str, PathNumbers]) -> list[Panel]:
+    """A plan for each wheel, wing and nose where they pass the gauge depth and the bands of contact on them; heights of
+    all axles."""
+    first, found = next(iter(paths.values())), []
     x = np.arange(crossing.shape.leg_start - 0.15, first.x[-1] - 0.05, 2 * MM)
     y = np.arange(-60, 130.1, 0.25) * MM
-    for axis, (name, run) in zip(axes, paths.items()):
-        draw_plan(axis, crossing, run, numbers[name], name, x, y)
-    name_positions(axes[0], crossing)
-    draw_heights(axes[-1], paths, numbers)
-    axes[-1].set_xlim(x[0] / MM, x[-1] / MM)
-    return titled(
-        figure,
-        f"Contact bands on the cast crossing 1:{crossing.ratio:g}, wheel of radius {1e3 * first.radius:.0f} mm,"
-        " centred, not yawed\nfacing runs to the right \u2192, trailing to the left \u2190 over the same bands; lateral"
-        " scale enlarged",
-        15,
-    )
-
-
-def draw_plan(
-    axis, crossing: CastCrossing, run: WheelPath, n: PathNumbers, name: str, x: np.ndarray, y: np.ndarray
-) -> None:
-    """Metal above the gauge depth in grey, the band of contact on wing and nose in colour."""
-    fine = np.arange(y[0], y[-1], 0.25 * MM)
-    bands = []
-    for body, grey, colour in (("wing", "#E3E3E3", WING), ("nose", "#CFCFCF", NOSE)):
-        sides = outline(crossing, x, fine, body) / MM
-        axis.fill_between(x / MM, *sides.T, color=grey, lw=0)
-        axis.plot(x / MM, sides, color="#555555", lw=0.9)
-        near = clearance(crossing, wheel_shape(name), run, x, y, body)
-        bands.append(band_edges(near, y, APPROACH))
-        axis.contourf(x / MM, y / MM, (near < APPROACH / 2).T.astype(float), levels=[0.5, 1.5], colors=[colour])
-    carried = (
-        np.where(run.on_nose, np.nan, run.contact_point[:, 1]),
-        np.where(run.on_nose, run.contact_point[:, 1], np.nan),
-    )
-    for positions, edges in zip(carried, bands):
-        width = np.interp(run.contact_point[:, 0], x, np.nan_to_num(edges[:, 1] - edges[:, 0]))
-        known = (width < LINE_CONTACT) & (np.abs(np.gradient(positions)) < 0.5 * MM)
-        axis.plot(run.contact_point[:, 0] / MM, np.where(known, positions, np.nan) / MM, color="white", lw=0.8)
-    axis.axvline(n.transfer_x / MM, color="black", lw=1.0, ls="--")
-    axis.text(n.transfer_x / MM + 6, 112, f"transfer {n.transfer_x / MM:.0f}", va="center", path_effects=HALO)
-    climbs = f"ramp {n.ramp_lift / MM:+.2f} mm" + (
-        f", {n.ramp_slope / MM:.1f} mrad at {n.ramp_x / MM:.0f}" if n.ramp_slope > 1e-3 else ""
-    )
-    dips = f"falls {n.fall / MM:.1f}, rises {n.rise / MM:.1f}: dip {n.dip / MM:.1f} mrad" if n.dip > 0 else "no dip"
-    cone = " (cone 1:20 on plane 1:20: a line contact)" if name == "P1" else ""
-    axis.set_title(f"{shown_name(name)}{cone}:  {climbs};  lowest at {n.lowest_x / MM:.0f}, {dips}", loc="left")
-    axis.set(ylim=(y[0] / MM, y[-1] / MM), ylabel="y [mm], + field side")
-
-
-def name_positions(axis, crossing: CastCrossing) -> None:
-    """Names of the crossing's parts and of the colours, on the first plan."""
-    c = crossing.shape
-    named = (
-        (c.leg_start - 0.12, 14, "plain rail"),
-        (c.leg_start - 0.02, -46, "machined leg end"),
-        (c.knuckle_x * c.stretch, -46, "knuckle"),
-        (0.38 * c.stretch, 92, "wing rail"),
-        (-0.06, -46, "flangeway"),
-        (0.55 * c.stretch, 2, "nose"),
-    )
-    for at, height, words in named:
-        axis.text(at / MM, height, words, ha="left", va="center", color="#333333", style="italic", path_effects=HALO)
-    axis.plot([], [], color=WING, lw=7, label="band on the wing")
-    axis.plot([], [], color=NOSE, lw=7, label="band on the nose")
-    axis.plot([], [], color="#BBBBBB", lw=7, label=f"metal above {GAUGE_DEPTH / MM:g} mm depth")
-    axis.plot([], [], color="black", lw=0.8, label="white line: deepest point")
-    axis.legend(loc="upper left", ncols=2, framealpha=0.9)
-
-
-def draw_heights(axis, paths: dict[str, WheelPath], numbers: dict[str, PathNumbers]) -> None:
-    """Height of each axle over plain line, its transfer marked."""
-    for (name, run), colour in zip(paths.items(), cycle((TOTAL, WING, GREEN, PURPLE, NOSE))):
-        axis.plot(run.x / MM, run.height / MM, color=colour, label=shown_name(name))
-        at = numbers[name].transfer_x
-        axis.plot(at / MM, np.interp(at, run.x, run.height) / MM, "o", color=colour)
-    axis.set(xlabel="x [mm], 0 at the theoretical intersection of the gauge lines", ylabel="height of the axle [mm]")
-    axis.set_title("height over plain line; dots: transfer between wing and nose", loc="left")
-    axis.legend(ncols=1, loc="upper right")
+    sides = lambda edges: (np.r_[x, np.nan, x] / MM, np.r_[edges[:, 0], np.nan, edges[:, 1]] / MM)
+    for name, run in paths.items():
+        lines = {f"{body} at {GAUGE_DEPTH / MM:g} mm": sides(outline(crossing, x, y, body)) for body in BODIES}
+        for body in BODIES:
+            near = clearance(crossing, wheel_shape(name), run, x, y, body)
+            lines[f"band on the {body}"] = sides(band_edges(near, y, APPROACH))
+        title = f"{shown_name(name)}, transfer at {numbers[name].transfer_x / MM:.0f} mm"
+        found.append(Panel("x [mm]", "y [mm], + field side", lines, title))
+    heights = {shown_name(name): (run.x / MM, run.height / MM) for name, run in paths.items()}
+    return [*found, Panel("x [mm]", "height of the axle [mm]", heights, "height over plain line")]
 
 
 def main(
@@ -210,7 +139,9 @@ def main(
     paths = {name: run_over(crossing, name, spacing, radius * MM) for name in names}
     numbers = {name: path_numbers(path, crossing) for name, path in paths.items()}
     beside = "" if sections is None else against_sections(sections, paths, radius * MM)
-    publish("crossing_path", out, [table(numbers, ratio)], lambda: draw(crossing, paths, numbers), beside)
+    drawn = panels(crossing, paths, numbers)
+    title = f"Contact bands on the cast crossing 1:{ratio:g}, wheel of radius {radius:.0f} mm, centred, not yawed"
+    publish("crossing_path", out, [table(numbers, ratio)], drawn, title, beside, columns=1)
 
 
 if __name__ == "__main__":

@@ -19,12 +19,9 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from matplotlib.figure import Figure
 
 from geometry.surfaces.bodies import BODIES
-from rail_fem.show.panels import titled
-from rail_fem.show.style import CURVES, new_figure
-from rail_fem.studies.harness import OUT, Table, publish
+from rail_fem.studies.harness import OUT, Panel, Table, publish
 
 UM, MM, KN = 1e6, 1e3, 1e-3
 PASSES, WORN, FORCE, FLOW = 0, 1, 5, 6  # columns of a study's log
@@ -120,34 +117,21 @@ def tables(one: Study, two: Study) -> list[Table]:
     return [Table(BODY_HEAD, bodies, blocks), Table(head, rows), Table(of_time, steps)]
 
 
-def draw(one: Study, two: Study, names: tuple[str, str]) -> Figure:
-    """Deepest of each section in both studies and their largest difference there beside the bound that the first
-    gives; what is lost, and the force, over the passes."""
-    figure = new_figure(9.5)
-    (deepest, off, (grown, force)), x = figure.subplots(3, 2), two["x"] * MM
-    depths = lowered(one), lowered(two)
+def panels(one: Study, two: Study, names: tuple[str, str]) -> list[Panel]:
+    """Deepest of each section in both studies, their largest difference there and the bound that the first gives; what
+    is lost over the passes."""
+    depths, found = (lowered(one), lowered(two)), []
+    deepest = lambda study: (two["x"] * MM, study.max(axis=1) * UM)
     for b, body in enumerate(BODIES):
-        for depth, name, colour, style in zip(depths, names, CURVES, ("-", "--")):
-            deepest[b].plot(x, depth[b].max(axis=1) * UM, color=colour, ls=style, label=name)
-        if "worn_flow" in one:
-            deepest[b].plot(x, one["worn_flow"][b].max(axis=1) * UM, color=CURVES[2], ls=":", label="of it flow")
-        off[b].plot(x, np.abs(depths[0][b] - depths[1][b]).max(axis=1) * UM, color=CURVES[2], label="difference")
-        if "error" in one:
-            bound = one["error"][b].max(axis=1) * UM
-            off[b].plot(x, bound, color=CURVES[0], ls=":", label="bound that the first study's blocks give")
-        deepest[b].set(title=body, ylabel="deepest in the section [\u00b5m]")
-        off[b].set(xlabel="x [mm]", ylabel="[\u00b5m]")
-    for study, name, colour in zip((one, two), names, CURVES):
-        log = study["log"]
-        grown.loglog(log[:, PASSES], log[:, WORN] * UM, color=colour, label=f"wear, {name}")
-        if "worn_flow" in study:
-            grown.loglog(log[:, PASSES], log[:, FLOW] * UM, color=colour, ls="--", label="flow")
-        force.semilogx(log[:, PASSES], log[:, FORCE] * KN, color=colour)
-    grown.set(xlabel="passes", ylabel="deepest [\u00b5m]")
-    force.set(xlabel="passes", ylabel="largest force [kN]", ylim=(0, None))
-    for axes in (deepest[0], off[0], grown):
-        axes.legend()
-    return titled(figure, f"{names[0]} against {names[1]}, {two['log'][-1, PASSES]:,.0f} passes")
+        lines: dict[str, tuple] = {name: deepest(depth[b]) for name, depth in zip(names, depths)}
+        lines["largest difference"] = deepest(np.abs(depths[0][b] - depths[1][b]))
+        kept = {"worn_flow": "of it flow", "error": "bound that the first study's blocks give"}
+        lines |= {words: (*deepest(one[name][b]), ":") for name, words in kept.items() if name in one}
+        found.append(Panel("x [mm]", "deepest in the section [\u00b5m]", lines, body))
+    logs = {name: study["log"].T for name, study in zip(names, (one, two))}
+    over = lambda column, unit: {name: (log[PASSES], log[column] * unit) for name, log in logs.items()}
+    found.append(Panel("passes", "deepest wear [\u00b5m]", over(WORN, UM), log="xy"))
+    return [*found, Panel("passes", "largest force [kN]", over(FORCE, KN), log="x")]
 
 
 def main(
@@ -157,7 +141,8 @@ def main(
 ) -> None:
     """Two damage studies of one crossing side by side, by position and over the passes."""
     one, two = read_pair(first, second)
-    publish("damage_pair", out, tables(one, two), lambda: draw(one, two, (first.name, second.name)))
+    title = f"{first.name} against {second.name}, {two['log'][-1, PASSES]:,.0f} passes"
+    publish("damage_pair", out, tables(one, two), panels(one, two, (first.name, second.name)), title)
 
 
 if __name__ == "__main__":

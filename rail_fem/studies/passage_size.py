@@ -5,8 +5,8 @@ that make it less expensive change is a list for sweep, cases/rows/passage_choic
     mpirun -n 2 python -m mpi4py -m rail_fem.studies.passage_size --case cases/nose_transfer.toml
         --sizes 4,2,1 --out runs/sizes
 
-Writes table.md, passage_size.png and passage_cost.png (speed against error). Runs lie in folders of their size: what
-is there is not run again, what was stopped goes on. Bars are those of `error_twin`, the next coarser run of the series
+Writes table.md and passage_size.png (values, and speed against error). Runs lie in folders of their size: what is there
+is not run again, what was stopped goes on. Bars are those of `error_twin`, the next coarser run of the series
 taken as the twin. The limit is by second order through the last three sizes.
 """
 
@@ -29,15 +29,16 @@ from rail_fem.output.quantities import FORCES, REPORTED
 from rail_fem.output.result import PassResult
 from rail_fem.scene.units import SHOWN
 from rail_fem.show.metal import CUBIC_MM
+from rail_fem.show.style import scene_words
 from rail_fem.show.table_and_figure import write_figure
-from rail_fem.studies.harness import QUICK
-from rail_fem.studies.size_figures import draw_cost, draw_sizes
+from rail_fem.studies.harness import QUICK, Panel, panels_figure
 from rail_fem.studies.size_series import MODEL, faults_told, limits, read_sizes, run_sizes, size_of
 from rail_fem.sweeps.compare import core_seconds, history_error
 
 OWN = Path("passage_size")
 QUICK_STRETCH = {f"run.{MODEL}.start": "320 mm", f"run.{MODEL}.end": "400 mm"}
 NAMES = [name for name in REPORTED if name not in FORCES or name.endswith(("_on_wheel", "_wing", "_nose"))]
+SHOWN_NAMES = "impact_on_wheel", "largest_force_wing", "block_nose", "integral_nose", "block_wing", "integral_wing"
 DECIMALS = {"kN": 1, "MPa": 0, "mm": 2, "%": 2, "mm3": 0}
 
 
@@ -113,6 +114,22 @@ def page(results: Sequence[PassResult]) -> str:
     return "\n".join([*convergence_table(results), "", *cost_table(results), ""])
 
 
+def panels(results: Sequence[PassResult]) -> list[Panel]:
+    """How far each run is from the limit of vanishing elements, over its elements and over what it cost."""
+    found = limits(results)
+    lines = {
+        REPORTED[name].meaning: [100 * abs(REPORTED[name].of(r) / found[name].value - 1) for r in results]
+        for name in SHOWN_NAMES
+        if name in found and found[name].value
+    }
+    against = {
+        "element size [mm]": [1e3 * size_of(r) for r in results],
+        "core seconds of the pass": [core_seconds(r) for r in results],
+    }
+    over = lambda x: {words: (x, error, "o-") for words, error in lines.items()}
+    return [Panel(words, "error against the limit [%]", over(x), log="xy") for words, x in against.items()]
+
+
 def main(
     case: Annotated[Path | None, typer.Option(help="case file; none: nose_transfer")] = None,
     sizes: Annotated[str, typer.Option(help="element sizes [mm]")] = "4,3,2",
@@ -120,7 +137,7 @@ def main(
         list[str] | None, typer.Option("--set", help="KEY=VALUE in place of the case file's, e.g. scene.speed=60mph")
     ] = None,
     quick: QUICK = False,
-    out: Annotated[Path, typer.Option(help="folder of the runs, of table.md and of the figures")] = OWN,
+    out: Annotated[Path, typer.Option(help="folder of the runs, of table.md and of the figure")] = OWN,
 ) -> None:
     """One pass at several element sizes: table of values with bars, orders and limits, and a figure."""
     with faults_told():
@@ -130,9 +147,8 @@ def main(
     if rank() == 0:
         text = page(results)
         write_text_atomically(out / "table.md", text)
-        write_figure(out / "passage_size.png", lambda: draw_sizes(results))
-        write_figure(out / "passage_cost.png", lambda: draw_cost(results))
-        typer.echo(f"{text}written: {out}/table.md, passage_size.png, passage_cost.png")
+        write_figure(out / "passage_size.png", lambda: panels_figure(panels(results), scene_words(results[0].scene)))
+        typer.echo(f"{text}written: {out}/table.md, passage_size.png")
 
 
 if __name__ == "__main__":

@@ -10,13 +10,11 @@ static finite elements (rail_fem/static_fe/finite_series.py).
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from bem.halfspace.normal import normal_contact
 from bem.material import STEEL
@@ -24,12 +22,9 @@ from bem.patch import Patch
 from bem.patch_edge import edge_positions
 from bem.slices.coupled import SlicePatch, slice_contact
 from rail_fem.light.patch_methods import MethodRow, table
-from rail_fem.show.panels import titled
-from rail_fem.show.style import GREEN, TOTAL, new_figure
-from rail_fem.show.style import NOSE as NOSE_COLOUR
 from rail_fem.static_fe.finite_series import finite_series, limit_row, to_stderr
 from rail_fem.static_fe.solid_blocks import BlockPair
-from rail_fem.studies.harness import publish
+from rail_fem.studies.harness import Panel, publish
 
 ROLLING = 0.46
 NOSE, NOSE_LOAD = 0.30, 5e4  # crown radius [m] and load [N] beside an edge
@@ -126,38 +121,25 @@ def rows_of(
     return [*rows, *(MethodRow.of(patch.method, patch) for patch in series), reference], reference, miss
 
 
+def positions_across(patch: Patch) -> np.ndarray:
+    """s of a patch's columns from the initial contact [m], in the tangent plane."""
+    return patch.points[:, 0] if isinstance(patch, SlicePatch) else patch.grid.y
+
+
 def centre_across(row: MethodRow) -> float:
     """Where the pressure's resultant acts, across from the initial contact [m]."""
-    patch = row.known_patch
-    s = patch.points[:, 0] if isinstance(patch, SlicePatch) else patch.grid.y
-    along = patch.pressure.sum(axis=0)
-    return float(along @ s / along.sum())
+    along = row.known_patch.pressure.sum(axis=0)
+    return float(along @ positions_across(row.known_patch) / along.sum())
 
 
-def draw(cases: dict[str, list[MethodRow]]) -> Figure:
-    """Pressure across the patch at x = 0, every case and method."""
-    figure = new_figure(8.4)
-    axes = figure.subplots(2, (len(cases) + 1) // 2, squeeze=False).ravel()
-    for axis, (name, rows) in zip(axes, cases.items()):
-        shown = (
-            (rows[0], TOTAL, "-", HALF_SPACE),
-            (rows[1], GREEN, "--", SLICES),
-            (rows[-1], NOSE_COLOUR, "o", FINITE),
-        )
-        for row, colour, style, label in shown:
-            patch = row.known_patch
-            middle = patch.pressure[int(np.abs(patch.grid.x).argmin())]
-            s = patch.points[:, 0] if isinstance(patch, SlicePatch) else patch.grid.y
-            axis.plot(s * 1e3, middle / 1e6, style, color=colour, lw=1.6, ms=4.5, mfc="none", label=label)
-        finest = rows[-1].known_patch
-        pressed = finest.grid.y[finest.pressure.any(axis=0)] * 1e3
-        axis.set_title(textwrap.fill(name, 26), fontsize=11)
-        limits = pressed[0] - 2, pressed[-1] + 2
-        axis.set(xlabel="across [mm]", ylabel="pressure [MPa]", ylim=(0, None), xlim=limits)
-    for axis in axes[len(cases) :]:
-        axis.remove()
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="lower right", bbox_to_anchor=(0.98, 0.2))
-    return titled(figure, "Pressure across the patch at x = 0, from the initial contact")
+def panel(name: str, rows: list[MethodRow]) -> Panel:
+    """Pressure across the patch at x = 0 by every method."""
+    lines = {}
+    for words, row, look in ((HALF_SPACE, rows[0], "-"), (SLICES, rows[1], "--"), (FINITE, rows[-1], "o")):
+        patch = row.known_patch
+        middle = patch.pressure[int(np.abs(patch.grid.x).argmin())]
+        lines[words] = positions_across(patch) * 1e3, middle / 1e6, look
+    return Panel("across, from the initial contact [mm]", "pressure [MPa]", lines, name)
 
 
 def study_limits(sizes: list[float], out: Path | None) -> None:
@@ -173,4 +155,5 @@ def study_limits(sizes: list[float], out: Path | None) -> None:
             f" limit\n\n{table(rows, reference)}\nUncertainty of the limit: {words}.\n"
             f"Centre of pressure across, from the initial contact [mm]: {centres}."
         )
-    publish("patch_limits", out, [], lambda: draw(found), "\n\n".join(text))
+    drawn = [panel(name, rows) for name, rows in found.items()]
+    publish("patch_limits", out, [], drawn, "Pressure across the patch at x = 0", "\n\n".join(text))

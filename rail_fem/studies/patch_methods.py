@@ -1,7 +1,7 @@
 """The contact patch of P8 on BS113A by every method of `bem`, with static finite elements in three dimensions as
 reference solution.
 
-    rail-fem study patch-methods --out patch                    profiles and pressure maps as figures
+    rail-fem study patch-methods --out patch                    profiles as a figure
     rail-fem study patch-methods --size 1 --size 0.7            other element sizes along the patch [mm], three fifths
                                                                 of that across
     rail-fem study patch-methods limits                         where the half-space is wrong (patch_limits.py)
@@ -23,16 +23,24 @@ import typer
 from bem.patch import Patch
 from bem.slices.coupled import slice_contact
 from rail_fem.light.contact_pairs import ContactPair
-from rail_fem.light.patch_methods import BLOCKS, THESIS_ROWS, WHEEL_LOAD, MethodRow, method_rows, table, thesis_pair
-from rail_fem.show.table_and_figure import write_figure
+from rail_fem.light.patch_methods import (
+    BLOCKS,
+    THESIS_ROWS,
+    WHEEL_LOAD,
+    MethodRow,
+    contact_point_of,
+    method_rows,
+    table,
+    thesis_pair,
+)
 from rail_fem.static_fe.finite_series import finite_series, limit_row, map_difference, to_stderr, zone_about
 from rail_fem.static_fe.solid_blocks import BlockPair
 from rail_fem.static_fe.solid_contact import finite_patch
-from rail_fem.studies.harness import OUT, QUICK, publish
-from rail_fem.studies.patch_figures import draw_maps, draw_profiles
+from rail_fem.studies.harness import OUT, QUICK, Panel, publish
 from rail_fem.studies.patch_limits import study_limits
 
 COMPARED = ("half-space", BLOCKS)
+SHOWN = (*COMPARED, "2.5D (a) parabolic, 2a = 11.32 mm", "2.5D (a) elliptic, 2a = 11.32 mm")
 THESIS_ELEMENT = (0.2e-3, 18.88e-3 / 50)
 THESIS_HEAD = "60E1"  # rail_fem/light/patch_methods.py says why
 RAILS = ("56E1", "60E1")
@@ -87,6 +95,27 @@ def map_words(rows: list[MethodRow]) -> str:
     return ", ".join(f"{row.method} {map_difference(finest, row.known_patch):.1%}" for row in compared)
 
 
+def across_from_contact(row: MethodRow) -> np.ndarray:
+    """s of a patch's columns [m], from the initial contact; slices of whole profiles count from the middle of the
+    track."""
+    whole = row.method.startswith("2.5D") and row.method != BLOCKS
+    patch = row.known_patch
+    return patch.grid.y - (contact_point_of(patch) if whole else 0.0)
+
+
+def panels(rail: str, rows: list[MethodRow]) -> list[Panel]:
+    """Pressure across the patch at x = 0 and its largest along the patch, of the methods of SHOWN and of the finest
+    finite elements."""
+    across, along = {}, {}
+    for row in [*(row for row in rows if row.method in SHOWN), rows[-1]]:
+        patch, look = row.known_patch, "o" if row is rows[-1] else "-"
+        middle = int(np.abs(patch.grid.x).argmin())
+        across[row.method] = across_from_contact(row) * 1e3, patch.pressure[middle] / 1e6, look
+        along[row.method] = patch.grid.x * 1e3, patch.pressure.max(axis=1) / 1e6, look
+    first = Panel("across, from the initial contact [mm]", "pressure [MPa]", across, f"P8 on {rail}, at x = 0")
+    return [first, Panel("x [mm]", "largest pressure of the section [MPa]", along)]
+
+
 def main(
     part: Annotated[str, typer.Argument(help="methods or limits")] = "methods",
     size: Annotated[list[float] | None, typer.Option(help="element sizes along the patch [mm]")] = None,
@@ -112,9 +141,8 @@ def main(
             f" limit\n\n{table([*rows, *thesis_rows, *THESIS_ROWS], reference)}\n{words}\n"
             f"Pressure map of the finest finite elements, L2 difference to: {map_words(rows)}"
         )
-    publish("patch_methods", out, [], lambda: draw_profiles(cases), "\n\n".join(text))
-    if out is not None:
-        write_figure(out / "patch_maps.png", lambda: draw_maps(cases))
+    drawn = [panel for rail, rows in cases.items() for panel in panels(rail, rows)]
+    publish("patch_methods", out, [], drawn, f"P8, {WHEEL_LOAD / 1e3:.4g} kN", "\n\n".join(text))
 
 
 if __name__ == "__main__":

@@ -26,7 +26,6 @@ from bem.exact.hertz import PointContact, point_contact
 from bem.exact.kalker import linear_creep_forces
 from bem.exact.kalker_table import coefficients
 from bem.halfspace.fastsim import elliptic_patch, fastsim
-from bem.halfspace.figures import creep_curves_figure, speed_error_figure
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.tangential import rolling_contact, shift_contact
 from bem.material import STEEL, Pair
@@ -36,9 +35,10 @@ from bem.plane.outline import block_behind
 from bem.slices.assumed_load import loaded_slices
 from bem.slices.coupled import slice_contact
 from bem.slices.slices import Slices, wheel_on_prism
+from rail_fem.show.table_and_figure import write_figure
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone
 from rail_fem.static_fe.solid_contact import finite_patch
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK, Panel, Table, panels_figure, publish
 
 LOAD, FRICTION, RADII = 1e5, 0.3, (0.46, 0.30)
 CREEPAGE = Creepage(1e-3, 5e-4, 0.3)
@@ -89,7 +89,7 @@ def least_seconds(action: Callable[[], Any], budget: float = 1.0) -> tuple[float
 def speed_row(
     method: str, cells: int, seconds: float, error: float, reference: bool = False, problem: str = "normal"
 ) -> dict:
-    """One point of the figure of speed against error (bem.halfspace.figures.speed_error_figure)."""
+    """One point of the figure of speed against error."""
     return {
         "problem": problem,
         "method": method,
@@ -245,14 +245,35 @@ def all_rows(quick: bool) -> list[dict]:
     return rows + finite_rows((6, 8) if quick else (6, 8, 12, 16, 22))
 
 
+def panels(rows: list[dict]) -> list[Panel]:
+    """Speed against error of the normal problem and of that with friction; marks stand at the grids."""
+    found = []
+    for problem, of in (("normal", "largest pressure"), ("tangential", "tangential force")):
+        own = [row for row in rows if row["problem"] == problem and row["error"] > 0]
+        lines = {}
+        for method in dict.fromkeys(row["method"] for row in own):
+            mine = [row for row in own if row["method"] == method]
+            look = "s:" if mine[0]["reference"] else "o-"
+            lines[method] = [row["error"] for row in mine], [row["seconds"] for row in mine], look
+        found.append(Panel(f"relative error of the {of}", "seconds on one core", lines, problem, "xy"))
+    return found
+
+
+def curve_panels(curves: dict[str, dict[str, np.ndarray]]) -> list[Panel]:
+    """Force over friction times load against creepage, by kind."""
+    lines = lambda data: {name: (data["creepage"], data[name]) for name in data if name not in ("creepage", "label")}
+    return [Panel(str(data["label"]), "force / (friction x load)", lines(data), kind) for kind, data in curves.items()]
+
+
 def main(quick: QUICK = False, out: OUT = None) -> None:
     """Speed against error of half-space, slices, FASTSIM, finite elements and CONTACT on one ellipse."""
     rows = all_rows(quick)
     head = list(rows[0])
-    publish("patch_speed", out, [Table(head, [[row[name] for name in head] for row in rows])])
+    table = Table(head, [[row[name] for name in head] for row in rows])
+    publish("patch_speed", out, [table], panels(rows), "Speed against error on one patch, 100 kN, 14.3 x 10.8 mm")
     if out is not None:
-        speed_error_figure(rows, str(out / "patch_speed.png"))
-        creep_curves_figure(creep_curves(22 if quick else 44, 7 if quick else 21), str(out / "creep_curves.png"))
+        curves = curve_panels(creep_curves(22 if quick else 44, 7 if quick else 21))
+        write_figure(out / "creep_curves.png", lambda: panels_figure(curves, "Creep curves", 3))
 
 
 if __name__ == "__main__":

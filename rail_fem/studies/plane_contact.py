@@ -1,6 +1,6 @@
 """The plane case studies of the thesis' chapter 5 by boundary elements, finite elements beside them.
 
-    rail-fem study plane-contact --out plane                      pressures, and fields of stress below them
+    rail-fem study plane-contact --out plane                      pressures, and stress below them
     rail-fem study plane-contact --size 0.4 --size 0.2            other element sizes [mm]; the last is drawn
 
 Three pairs of blocks (bem/verification/cases.py) and a P8 wheel on a BS113A rail, inclined 1:20, gauge 1435 mm,
@@ -11,7 +11,6 @@ deviations up to 2.6 %, and Figs. 5-10 to 5-22, in kind: its geometry is known f
 
 from __future__ import annotations
 
-import textwrap
 import time
 from dataclasses import dataclass
 from functools import partial
@@ -19,8 +18,6 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from scipy.integrate import trapezoid
 
 from bem.material import Elastic
@@ -32,11 +29,9 @@ from bem.plane.internal import Field, field_at, grid_below
 from bem.verification.cases import CASES
 from rail_fem.light.contact_pairs import plain_rail_pair
 from rail_fem.light.patch_methods import plain_rail_section
-from rail_fem.show.panels import titled
-from rail_fem.show.style import NOSE, TOTAL, new_figure
 from rail_fem.static_fe.plane_contact import PlaneContact, solve_plane_contact
 from rail_fem.static_fe.plane_strain import Fineness
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
 
 MM = 1e-3
 RAIL_LOAD = 4e6  # of the wheel on the rail, per m of thickness [N/m]: the thesis' pressure of 740 MPa within 5 %
@@ -159,26 +154,18 @@ def table(rows: list[Differences]) -> Table:
     return Table(HEAD, lines)
 
 
-def draw(rows: list[Differences]) -> Figure:
-    """Pressure profiles of each case, both methods on one axis; below, von Mises stress in the fixed body."""
-    figure = new_figure(7.5)
-    for (axis, below), row in zip(figure.subplots(2, len(rows), squeeze=False).T, rows):
-        x, pressure, touched = _profile(row.boundary)
-        label = "finite elements"
-        axis.plot(row.finite.x / MM, row.finite.pressure / 1e6, "o", color=NOSE, ms=4, mfc="none", label=label)
-        axis.plot(x / MM, pressure / 1e6, color=TOTAL, lw=1.2, label="boundary elements")
-        low, high = touched[[0, -1], 0] / MM
-        axis.set(title=textwrap.fill(row.case, 14), xlabel="x [mm]", xlim=(low - 0.5, high + 0.5))
-        axis.set(ylabel="pressure [MPa]", ylim=(0, None))
-        field = field_below(row.boundary, 0.4 * MM)
-        y, z = np.moveaxis(field.points, -1, 0) / MM
-        drawn = below.contourf(y, z, field.von_mises / 1e6, 24, cmap="turbo")
-        figure.colorbar(drawn, ax=below, label="von Mises [MPa]", location="bottom", ticks=MaxNLocator(3))
-        below.set(xlabel="y [mm]", ylabel="z [mm]", aspect="equal")
-    figure.get_layout_engine().set(rect=(0, 0.07, 1, 0.93))
-    figure.legend(*axis.get_legend_handles_labels(), loc="lower center", ncols=2)
-    size = rows[-1].size / MM
-    return titled(figure, f"Plane contact, elements of {size:g} mm: boundary elements against finite elements")
+def panels(rows: list[Differences]) -> list[Panel]:
+    """Pressure profiles of each case by both methods; von Mises stress of the boundary elements below the middle."""
+    found = []
+    for row in rows:
+        x, pressure, _ = _profile(row.boundary)
+        finite = (row.finite.x / MM, row.finite.pressure / 1e6, "o")
+        lines = {"boundary elements": (x / MM, pressure / 1e6), "finite elements": finite}
+        found.append(Panel("x [mm]", "pressure [MPa]", lines, row.case))
+    fields = {row.case: field_below(row.boundary, 0.4 * MM) for row in rows}
+    middle = lambda values: values[:, values.shape[1] // 2]
+    lines = {case: (middle(f.points[..., 1]) / MM, middle(f.von_mises) / 1e6) for case, f in fields.items()}
+    return [*found, Panel("z [mm]", "von Mises [MPa]", lines, "below the middle of the patch")]
 
 
 def main(
@@ -190,7 +177,8 @@ def main(
     compare(next(iter(PROBLEMS)), 0.4 * MM)  # compiles outside the timing
     sizes = [0.4] if quick else sorted(size, reverse=True)
     rows = [compare(case, value * MM) for case in PROBLEMS for value in sizes]
-    publish("plane_contact", out, [table(rows)], lambda: draw([row for row in rows if row.size == sizes[-1] * MM]))
+    drawn, title = panels([row for row in rows if row.size == sizes[-1] * MM]), f"Elements of {sizes[-1]:g} mm"
+    publish("plane_contact", out, [table(rows)], drawn, title, columns=3)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,6 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from matplotlib.figure import Figure
 
 from bem.dynamic.body import Inertial
 from bem.dynamic.cells import fill_with_cells
@@ -31,9 +30,7 @@ from bem.plane.outline import Edge, Outline
 from geometry.profiles.rail import rail_head
 from rail_fem.light.contact_pairs import plain_rail_pair
 from rail_fem.light.patch_methods import plain_rail_section
-from rail_fem.show.panels import new_panels, titled
-from rail_fem.show.style import CURVES, GREY
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
 
 MM, MPA, US = 1e-3, 1e6, 1e-6
 DENSITY = 7800.0  # of the rail [kg/m^3]; the thesis does not state it
@@ -41,7 +38,6 @@ APPROACH = 0.1  # vertical speed of the wheel [m/s]
 CONTACT_TIME = 2 * 5 * MM / 33.528  # 2 a / V of a patch half-length of 5 mm at 75 mph [s]
 WHEEL_MASS = 600 / (2 * 5 * MM)  # a wheel's share of the wheelset over the patch's length [kg/m]; chosen here
 END = 1.9e-3  # [s]
-LINES = {BACKWARD_EULER.name: "--", TRAPEZOIDAL.name: "-"}
 # BS 113A below its head, from memory and not verified: height, foot width, web thickness, and straight lines between
 HEIGHT, FOOT, WEB = 158.75 * MM, 139.70 * MM, 20.0 * MM
 
@@ -205,34 +201,15 @@ def judged(run: ImpactRun, element: float, end: float = 0.4e-3) -> str:
     )
 
 
-def draw(runs: list[ImpactRun]) -> Figure:
-    """Stress and force while the wheel presses, a colour a step and a line a scheme; what rings on afterwards, and what
-    becomes of the energy."""
-    figure, ((stress, ring), (force, energy)) = new_panels(8.5, 2, 2, width_ratios=[1.6, 1])
-    steps = sorted({run.step for run in runs}, reverse=True)
-    colour = {step: CURVES[k % len(CURVES)] for k, step in enumerate(steps)}
-    for run in runs:
-        line = {"color": colour[run.step], "linestyle": LINES[run.scheme.name], "linewidth": 1.4}
-        stress.plot(run.time * 1e3, run.stress / MPA, label=f"{run.scheme.name}, {run.step / US:g} \u00b5s", **line)
-        force.plot(run.impact.time * 1e3, run.impact.force / 1e6, **line)
-        ring.plot(run.time * 1e3, run.stress / MPA, **line)
-        energy.plot(run.impact.time * 1e3, 100 * run.impact.imbalance, **line)
-    late = [run.stress[run.time > CONTACT_TIME + 4 * US] for run in runs]
-    highest = max((values.max() for values in late if len(values)), default=1.0)
-    end = max(run.time[-1] for run in runs) * 1e3
-    for axis in (stress, force):
-        axis.axvline(CONTACT_TIME * 1e3, color=GREY, linestyle=":", linewidth=1)
-        axis.set(xlim=(0, min(0.42, end)), ylim=(0, None), xlabel="time since first contact [ms]")
-    place = {"xycoords": ("data", "axes fraction"), "xytext": (4, -14), "textcoords": "offset points"}
-    stress.annotate("load removed", (CONTACT_TIME * 1e3, 1), fontsize=10, **place)
-    stress.set(ylabel="largest von Mises stress\nbelow the contact [MPa]", title="while the wheel presses")
-    force.set(ylabel="contact force\n[kN per mm of thickness]")
-    ring.set(title="afterwards", ylabel="largest von Mises stress [MPa]", ylim=(0, 1.1 * highest / MPA))
-    ring.set(xlabel="time since first contact [ms]", xlim=(CONTACT_TIME * 1e3, end))
-    energy.set(title="energy gained or lost", ylabel="of the largest energy [%]", xlim=(0, end))
-    energy.set_xlabel("time since first contact [ms]")
-    stress.legend(fontsize=9, loc="upper left")
-    return titled(figure, "P8 wheel striking a BS 113A rail section at 100 mm/s (plane strain, foot held)")
+def panels(runs: list[ImpactRun]) -> list[Panel]:
+    """Stress, force and the energy gained or lost, of each scheme and step."""
+    over = lambda of: {f"{run.scheme.name}, {run.step / US:g} \u00b5s": of(run) for run in runs}
+    asked = {
+        "largest von Mises stress below the contact [MPa]": over(lambda run: (run.time * 1e3, run.stress / MPA)),
+        "contact force [kN per mm]": over(lambda run: (run.impact.time * 1e3, run.impact.force / 1e6)),
+        "energy gained or lost [%]": over(lambda run: (run.impact.time * 1e3, 100 * run.impact.imbalance)),
+    }
+    return [Panel("time since first contact [ms]", words, lines) for words, lines in asked.items()]
 
 
 def main(
@@ -254,7 +231,8 @@ def main(
     counts = f"{struck.body.mesh.densities} densities, {len(struck.body.cells)} cells, {len(struck.mass)} contact nodes"
     note = f"{counts}; matrices in {spent:.1f} s of CPU."
     note += "\n\n" + judged(runs[-1], element * MM) if judge else ""
-    publish("plane_impact", out, [table(runs)], lambda: draw(runs), note)
+    title = "P8 wheel striking a BS 113A rail section at 100 mm/s (plane strain, foot held)"
+    publish("plane_impact", out, [table(runs)], panels(runs), title, note, columns=1)
 
 
 if __name__ == "__main__":

@@ -18,8 +18,6 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from matplotlib.collections import PolyCollection
-from matplotlib.figure import Figure
 from scipy.interpolate import LinearNDInterpolator
 
 from bem.material import STEEL
@@ -29,11 +27,9 @@ from bem.plane_plastic.capped import capped_return
 from bem.plane_plastic.cells import Cells
 from bem.plane_plastic.yielding_contact import PlasticContact, Region
 from bem.plastic.hardening import Hardening
-from rail_fem.show.panels import new_panels, titled
-from rail_fem.show.style import STRAIN_COLOURS
 from rail_fem.static_fe.plane_strain import Fineness
 from rail_fem.static_fe.plastic_plane import PlasticPlaneContact, PlasticPlaneStep
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
 from rail_fem.studies.plane_contact import wheel_on_rail
 from rail_fem.studies.plane_plastic_means import equivalent, means_table, of_cells, of_elements, window_of
 
@@ -148,35 +144,12 @@ def table(rows: list[Compared]) -> Table:
     return Table(HEAD, lines)
 
 
-def draw(rows: list[Compared], contact: PlasticContact) -> Figure:
-    """Von Mises stress and plastic strain below the patch by all three, a row for each load."""
-    cells = contact.section.cells
-    corners = cells.vertices[cells.corners] / MM
-    names = ("boundary elements", "capped, as in the thesis", "finite elements")
-    most = max(max(field.max() for field in row.peeq) for row in rows)
-    figure, axes = new_panels(2.1 * len(rows) + 1.2, len(rows), 6, squeeze=False, sharex=True, sharey=True)
-    for line, row in zip(axes, rows):
-        for k, axis in enumerate(line):
-            stress = k < 3
-            values = row.von_mises[k] / MPA if stress else 1e4 * row.peeq[k - 3]
-            drawn = PolyCollection(corners, array=values, cmap="cividis" if stress else STRAIN_COLOURS)
-            drawn.set_edgecolor("face")
-            drawn.set_clim(0, YIELD / MPA if stress else 1e4 * most)
-            axis.add_collection(drawn)
-            axis.set_aspect("equal")
-            axis.grid(False)
-            axis.autoscale()
-            if row is rows[0]:
-                axis.set_title(names[k % 3], fontsize=10)
-            if k == 2 or k == 5:
-                label = "von Mises [MPa]" if stress else "plastic strain [1e-4]"
-                figure.colorbar(drawn, ax=axis, label=label, shrink=0.9)
-        line[0].set_ylabel(f"{row.load / 1e6:.3g} kN/mm\ny [mm]", fontsize=10)
-    for axis in axes[-1]:
-        axis.set_xlabel("lateral x [mm]", fontsize=10)
-    return titled(
-        figure, f"P8 on BS113A in plane strain, rail of {YIELD / MPA:g} MPa without hardening: what yields", 13
-    )
+def panels(rows: list[Compared], contact: PlasticContact) -> list[Panel]:
+    """Largest plastic strain of the cells by their depth, by all three, a panel for each load."""
+    depth = contact.section.cells.centers[:, 1] / MM
+    names = "boundary elements", "capped, as in the thesis", "finite elements"
+    lines = lambda row: {name: (depth, 1e4 * peeq, ".") for name, peeq in zip(names, row.peeq)}
+    return [Panel("y [mm]", "PEEQ of a cell [1e-4]", lines(row), f"{row.load / 1e6:.3g} kN/mm") for row in rows]
 
 
 def main(
@@ -194,7 +167,8 @@ def main(
     spent = ", ".join(f"{name} {value:.1f} CPU s" for name, value in seconds.items())
     note = f"{steps} steps, {len(contact.section.active)} cells that take part: {spent}."
     texts = [note, *(compare_means() if means else ())]
-    publish("plane_plastic", out, [table(rows)], lambda: draw(rows, contact), "\n\n".join(texts))
+    title = f"P8 on BS113A in plane strain, rail of {YIELD / MPA:g} MPa without hardening"
+    publish("plane_plastic", out, [table(rows)], panels(rows, contact), title, "\n\n".join(texts))
 
 
 def compare_means(sizes=SIZES, judge_sizes=JUDGE_SIZES, steps: int = 20) -> Iterator[str]:

@@ -16,14 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import typer
-from matplotlib.figure import Figure
 
 from bem.material import STEEL, Elastic, contact_modulus
-from rail_fem.show.panels import new_panels, titled
-from rail_fem.show.style import CURVES, GREY
 from rail_fem.static_fe.axisymmetric import AxisymmetricError, YieldingSteel
 from rail_fem.static_fe.pressed_ridge import PressedRidge, Ridge, press_ridge
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
 
 RIGID = Elastic(1e17, 0.3)
 YIELD, SLOPE = 480e6, 2e9  # [Pa]: about a rail of today
@@ -119,32 +116,17 @@ def table(flats: dict[float, dict[str, float]], rows: list[RidgeRow]) -> Table:
     return Table(head, lines)
 
 
-def draw(rows: list[RidgeRow]) -> Figure:
+def panels(rows: list[RidgeRow]) -> list[Panel]:
     """Plastic strain and half-width over the flat's, against the radius of the ridge."""
-    figure, axes = new_panels(5.4, 1, 2)
-    for axis, name in zip(axes, ("integral", "half_width")):
-        for number, ratio in enumerate(sorted({row.ratio for row in rows})):
+    found = []
+    for name, log in (("integral", "xy"), ("half_width", "x")):
+        lines = {}
+        for ratio in sorted({row.ratio for row in rows}):
             mine = sorted((row for row in rows if row.ratio == ratio), key=lambda row: row.radius)
-            at = [row.radius for row in mine]
-            bars = np.abs(np.nan_to_num([row.change[name] for row in mine]))
-            look = {"fmt": "os"[number % 2] + "-", "color": CURVES[number], "capsize": 3}
-            words = f"Hertz' pressure {ratio:g} times the yield stress"
-            axis.errorbar(at, [row.value[name] for row in mine], bars, label=words, **look)
-        axis.axhline(1.0, color=GREY, linewidth=1)
-        axis.set(xscale="log", xlabel="radius of the ridge over the depth of the flat's plastic zone")
-        marks = sorted({row.radius for row in rows})
-        axis.set_xticks(marks, [f"{one:g}" for one in marks])
-        axis.minorticks_off()
-        axis.set(ylabel=f"{SHOWN[name]}, over the flat's")
-    strains = [row.value["integral"] for row in rows if np.isfinite(row.value["integral"])]
-    marks = [one for one in (1, 1.5, 2, 3, 5, 10, 20) if one <= 1.2 * max(strains, default=2.0)]
-    axes[0].set(yscale="log")
-    axes[0].set_yticks(marks, [f"{one:g}" for one in marks])
-    axes[0].minorticks_off()
-    axes[0].legend()
-    return titled(
-        figure, "A cylinder pressed along a ridge with flanks of 45 degrees, over a flat, plane strain (bars: mesh)"
-    )
+            own = [row.radius for row in mine], [row.value[name] for row in mine], "o-"
+            lines[f"Hertz' pressure {ratio:g} times the yield stress"] = own
+        found.append(Panel("radius over the flat's zone depth", f"{SHOWN[name]}, over the flat's", lines, "", log))
+    return found
 
 
 def main(
@@ -163,7 +145,8 @@ def main(
     for one in ratio:
         flats[one], found = rows_of(one, radius, sorted(across))
         rows += found
-    publish("plastic_ridge", out, [table(flats, rows)], lambda: draw(rows))
+    title = "A cylinder pressed along a ridge with flanks of 45 degrees, over a flat, plane strain"
+    publish("plastic_ridge", out, [table(flats, rows)], panels(rows), title)
 
 
 if __name__ == "__main__":

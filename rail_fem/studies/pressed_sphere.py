@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import typer
-from matplotlib.figure import Figure
 
 from bem.exact.yielding_sphere import SphereAtYield, first_yield, jackson_green, kogut_etsion
 from bem.material import STEEL, Elastic, contact_modulus
@@ -25,11 +24,9 @@ from bem.patch import Grid
 from bem.plastic.contact import PlasticHalfSpace
 from bem.plastic.hardening import Hardening
 from rail_fem.output.extrapolation import limit_of
-from rail_fem.show.panels import new_panels, titled
-from rail_fem.show.style import CURVES, GREY
 from rail_fem.static_fe.axisymmetric import YieldingSteel
 from rail_fem.static_fe.pressed_sphere import Pressed, press_sphere
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
 
 RIGID = Elastic(1e17, 0.3)
 RADIUS, YIELD = 0.1, 310e6  # [m], [Pa]
@@ -160,37 +157,19 @@ def _modulus() -> float:
     return contact_modulus(RIGID, STEEL)
 
 
-def draw(rows: list[tuple[Indented, Judged]]) -> Figure:
+def panels(rows: list[tuple[Indented, Judged]]) -> list[Panel]:
     """Area over the elastic one, and mean pressure over the yield stress, over the approach."""
-    figure, (left, right) = new_panels(4.6, 1, 2)
-    w = np.geomspace(1.0, 110.0, 400)
-    fits = {
-        "Kogut and Etsion (2002), fit": (kogut_etsion(w), CURVES[2], "--"),
-        "Jackson and Green (2005), fit": (jackson_green(w, RADIUS, _modulus(), YIELD, STEEL.poisson), CURVES[1], "-."),
+    w, at = np.geomspace(1.0, 110.0, 400), np.array([here.approach for here, _ in rows])
+    loads = {
+        "Kogut and Etsion (2002), fit": (w, *kogut_etsion(w), "--"),
+        "Jackson and Green (2005), fit": (w, *jackson_green(w, RADIUS, _modulus(), YIELD, STEEL.poisson), "-."),
+        "half-space (bem/plastic)": (at, *np.array([(here.load, here.area) for here, _ in rows]).T, "+"),
+        "finite elements, limit": (at, *np.array([(there.load, there.area) for _, there in rows]).T, "o"),
     }
-    for words, ((load, area), colour, line) in fits.items():
-        left.plot(w, area / w, line, color=colour, label=words)
-        right.plot(w, mean_pressure(load, area), line, color=colour, label=words)
-    at = np.array([here.approach for here, _ in rows])
-    area, bar = (np.array([getattr(there, name) for _, there in rows]) for name in ("area", "area_bar"))
-    pressure = np.array([mean_pressure(there.load, there.area) for _, there in rows])
-    shown = {"fmt": "o", "color": GREY, "markerfacecolor": "none", "capsize": 3, "label": "finite elements, limit"}
-    left.errorbar(at, area / at, bar / at, **shown)
-    right.errorbar(at, pressure, pressure * bar / area, **shown)
-    ours = {"marker": "+", "markersize": 10, "linestyle": "", "color": CURVES[0], "label": "half-space (bem/plastic)"}
-    limits = {**ours, "marker": "x", "label": "its limit by first order"}
-    for vanished, look in ((False, ours), (True, limits)):
-        chosen = [here for here, _ in rows if np.isinf(here.cells) == vanished]
-        if chosen:
-            x = [here.approach for here in chosen]
-            left.plot(x, [here.area / here.approach for here in chosen], **look)
-            right.plot(x, [mean_pressure(here.load, here.area) for here in chosen], **look)
-    left.set(ylabel="area of contact over Hertz' at this approach")
-    right.set(ylabel="mean pressure over yield stress")
-    for axis in (left, right):
-        axis.set(xscale="log", xlabel="approach over that of first yield")
-    left.legend(fontsize=9)
-    return titled(figure, "A rigid sphere on an elastic, perfectly plastic half-space (Poisson's ratio 0.3)")
+    areas = {name: (x, area / x, look) for name, (x, _, area, look) in loads.items()}
+    pressures = {name: (x, mean_pressure(load, area), look) for name, (x, load, area, look) in loads.items()}
+    asked = ("area of contact over Hertz' at this approach", areas), ("mean pressure over yield stress", pressures)
+    return [Panel("approach over that of first yield", words, lines, "", "x") for words, lines in asked]
 
 
 def main(
@@ -214,7 +193,8 @@ def main(
         spent = time.process_time() - tick
         rows += [(here, judge(runs, here.approach, spent)) for here in found]
         typer.echo(f"w = {found[-1].approach:.3g}: {found[-1].seconds:.0f} and {spent:.0f} CPU s", err=True)
-    publish("pressed_sphere", out, [table(rows)], lambda: draw(rows))
+    title = "A rigid sphere on an elastic, perfectly plastic half-space (Poisson's ratio 0.3)"
+    publish("pressed_sphere", out, [table(rows)], panels(rows), title)
 
 
 if __name__ == "__main__":

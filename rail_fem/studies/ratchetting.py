@@ -4,8 +4,9 @@
     rail-fem study ratchetting --passes 10000           most are jumped over
 
 Left: uniaxial cycles, where the law of one back stress has a closed form. Middle: residual shear strain that a pass
-adds to the worst depth. Right: the verdict over pressure and traction, beside the elastic limit and the shakedown limit
-of perfect plasticity. The steel's constants are made up for a yield stress of 300 MPa, not those of a rail.
+adds to the worst depth. Right: the verdict over pressure and traction; without traction the elastic limit is 3.10 k and
+the shakedown limit of perfect plasticity 4.00 k. The steel's constants are made up for a yield stress of 300 MPa, not
+those of a rail.
 """
 
 from __future__ import annotations
@@ -15,25 +16,20 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
 from bem.cycle_jumps import VERDICTS
 from rail_fem.cyclic.closed_forms import ratchet_strain
 from rail_fem.cyclic.law import CyclicLaw, cyclic_law
 from rail_fem.cyclic.paths import uniaxial_cycles
 from rail_fem.cyclic.rolling_line import NoEquilibriumError, rolling_line_contact
-from rail_fem.show.panels import new_panels, titled
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
-from rail_fem.studies.rolled_passes import draw, roll_all, table
+from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
+from rail_fem.studies.rolled_passes import TRACTION, panels, roll_all, table
 
 YOUNG, POISSON, YIELD, HALF_WIDTH = 210e9, 0.3, 300e6, 5e-3
 SHEAR_YIELD = YIELD / np.sqrt(3)
 CHABOCHE = np.array([100e9, 20e9, 3e9]), np.array([2000.0, 300.0, 20.0])  # modulus [Pa], recovery of each back stress
 STRESS_CYCLE = (-300e6, 420e6)
 DEPTHS = HALF_WIDTH * np.array([0.02, 0.15, 0.3, 0.4, 0.5, 0.6, 0.8])
-COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7")
 
 
 def laws() -> dict[str, CyclicLaw]:
@@ -74,7 +70,8 @@ def main(
     mixed = laws()["Abdel-Karim-Ohno, mixing 0.1"]
     if passes:
         runs = roll_all(mixed, SHEAR_YIELD, HALF_WIDTH, DEPTHS, passes, 120 if quick else 300, tolerance, typer.echo)
-        publish("rolled_passes", out, [table(runs)], lambda: draw(runs))
+        title = f"Passes of a line contact, traction {TRACTION:g} of the pressure, at the depth that fares worst"
+        publish("rolled_passes", out, [table(runs)], panels(runs), title, columns=3)
         return
     cycles, passes, steps = (20, 30, 120) if quick else (100, 300, 300)
     rows, uniaxial, rolling = [], {}, {}
@@ -89,37 +86,18 @@ def main(
     head = ["law", "strain after the first cycle", f"after {cycles}", "added by the last cycle"]
     head += ["shear strain added by the first pass", f"by pass {passes}"]
     title = f"Closed form of one back stress: {exact:.4e} a cycle"
-    drawn = lambda: verdict_figure(uniaxial, exact, rolling, pressures, tractions, found)
-    publish("ratchetting", out, [Table(head, rows, title)], drawn)
-
-
-def verdict_figure(uniaxial, exact, rolling, ratios, tractions, found) -> Figure:
-    """What the head of this module says."""
-    figure, (left, middle, right) = new_panels(6.0, 1, 3)
-    for (name, ends), colour in zip(uniaxial.items(), COLOURS, strict=True):
-        cycles = np.arange(len(ends))
-        left.plot(cycles, 100 * ends, color=colour, label=name)
-        growth = rolling[name]
-        middle.loglog(np.arange(1, len(growth) + 1), np.maximum(growth, 1e-9), color=colour, label=name)
-    first = next(iter(uniaxial.values()))
-    cycles = np.arange(len(first))
-    left.plot(cycles[::10], 100 * (first[0] + exact * cycles[::10]), "k+", label="closed form of the first")
     low, high = (round(s * 1e-6) for s in STRESS_CYCLE)
-    left.set(xlabel="cycle", ylabel="axial strain at the upper stress [%]", title=f"uniaxial, {low} to {high} MPa")
-    left.legend(fontsize=9)
-    middle.set(xlabel="pass", ylabel="shear strain added by a pass, worst depth")
-    middle.set_title("rolling, p0 = 4.6 k, traction 0.1 of it")
-    colours = ("#f0f0f0", "#c6dbef", "#fdd0a2", "#d95f0e", "#555555")
-    right.pcolormesh(tractions, ratios, found.T, cmap=ListedColormap(colours), vmin=-0.5, vmax=4.5, shading="nearest")
-    right.axhline(3.10, color="k", ls="--", lw=1)
-    right.text(0.40, 3.14, "first yield without traction 3.10", ha="right", fontsize=9)
-    right.plot([0], [4.0], "k^", clip_on=False)
-    right.text(0.012, 4.04, "shakedown limit of perfect plasticity 4.00", fontsize=9)
-    swatches = [Patch(color=c, label=v) for c, v in zip(colours, (*VERDICTS, "no equilibrium"), strict=True)]
-    right.legend(handles=swatches, fontsize=9, loc="lower left")
-    right.set(xlabel="traction over pressure", title="Abdel-Karim-Ohno, mixing 0.1")
-    right.set_ylabel("largest pressure over shear yield stress, p0 / k")
-    return titled(figure, "Many passes of a line contact, yield stress 300 MPa (made-up steel)")
+    over = lambda found: {name: (np.arange(1, len(y) + 1), y) for name, y in found.items()}
+    p, t = (grid.ravel() for grid in np.meshgrid(pressures, tractions))
+    names = [*VERDICTS, "no equilibrium"]
+    said = {name: (t[found.ravel() == k], p[found.ravel() == k], "osD^v"[k]) for k, name in enumerate(names)}
+    drawn = [
+        Panel("cycle", f"axial strain at {high} MPa [1]", over(uniaxial), f"uniaxial, {low} to {high} MPa"),
+        Panel("pass", "shear strain added by a pass", over(rolling), "rolling, p0 = 4.6 k, traction 0.1 of it", "xy"),
+        Panel("traction over pressure", "p0 / k", said, "Abdel-Karim-Ohno, mixing 0.1"),
+    ]
+    words = "Many passes of a line contact, yield stress 300 MPa (made-up steel)"
+    publish("ratchetting", out, [Table(head, rows, title)], drawn, words, columns=3)
 
 
 if __name__ == "__main__":

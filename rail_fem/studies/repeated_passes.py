@@ -17,12 +17,9 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from matplotlib.figure import Figure
 
 from rail_fem.output.result import NAN, PassResult, load
-from rail_fem.show.panels import new_panels, titled
-from rail_fem.show.style import CURVES
-from rail_fem.studies.harness import OUT, Table, publish
+from rail_fem.studies.harness import OUT, Panel, Table, publish
 
 LAST = 3  # passes over which the factor is taken
 PARTS = {"leg": "wing", "wing": "wing", "nose": "nose"}  # part of a crossing -> body whose steel it is of
@@ -105,25 +102,18 @@ def table(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose
     return Table(head, rows)
 
 
-def draw(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose") -> Figure:
+def panels(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose") -> list[Panel]:
     """Force, plastic strain so far, what each pass adds to it, and the fall of the surface, over the number of the
     pass."""
-    figure, ((force, strain), (growth, surface)) = new_panels(8.6, 2, 2)
-    for result, fall, colour, mark in zip(results, fallen, CURVES, "osv^Dx*"):
-        number, name = np.arange(1, len(result.passes) + 1), steel_of(result, part)
-        force.plot(number, column(result, f"largest_force_{part}") / 1e3, f"{mark}-", color=colour)
-        strain.plot(number, 100 * column(result, f"block_{part}"), f"{mark}-", color=colour, label=name)
-        growth.plot(number, 1e9 * added(result, part), f"{mark}-", color=colour)
-        surface.plot(number, 1e6 * fall, f"{mark}-", color=colour)
-    force.set(ylabel="largest force [kN]", title=f"on the {part}")
-    strain.set(ylabel="PEEQ, mean of 5 x 5 x 3 mm [%]", title="cumulated strain, worst block")
-    growth.set(ylabel="integral of PEEQ [mm\u00b3]", title="added by the pass")
-    surface.set(ylabel="largest fall [\u00b5m]", title="running surface")
-    for axes in (force, strain, growth, surface):
-        axes.set(xlabel="pass", ylim=(0, None))
-        axes.xaxis.get_major_locator().set_params(integer=True)
-    strain.legend(fontsize=10, loc="lower right")
-    return titled(figure, f"Passes over the same {part}")
+    asked = {
+        f"largest force on the {part} [kN]": [column(r, f"largest_force_{part}") / 1e3 for r in results],
+        "PEEQ, mean of the worst 5 x 5 x 3 mm [%]": [100 * column(r, f"block_{part}") for r in results],
+        "integral of PEEQ, added by the pass [mm\u00b3]": [1e9 * added(r, part) for r in results],
+        "largest fall of the surface [\u00b5m]": [1e6 * fall for fall in fallen],
+    }
+    names = [steel_of(result, part) for result in results]
+    over = lambda values: {name: (np.arange(1, len(y) + 1), y, "o-") for name, y in zip(names, values)}
+    return [Panel("pass", words, over(values)) for words, values in asked.items()]
 
 
 def main(
@@ -137,7 +127,8 @@ def main(
         raise ValueError(f"--part {part}: choose from {', '.join(PARTS)}")
     results = read(runs)
     fallen = [falls(folder, result, part) for folder, result in zip(runs, results)]
-    publish("repeated_passes", out, [table(results, fallen, part)], lambda: draw(results, fallen, part))
+    drawn = panels(results, fallen, part)
+    publish("repeated_passes", out, [table(results, fallen, part)], drawn, f"Passes over the same {part}")
 
 
 if __name__ == "__main__":

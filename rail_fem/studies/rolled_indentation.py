@@ -20,7 +20,6 @@ from pathlib import Path
 
 import numpy as np
 import typer
-from matplotlib.figure import Figure
 
 from bem.material import Elastic, contact_modulus
 from bem.patch import Grid
@@ -33,9 +32,7 @@ from rail_fem.light.plastic_rolling import point_zone
 from rail_fem.output.result import PassResult
 from rail_fem.output.result import load as load_result
 from rail_fem.scene.steel import MN13
-from rail_fem.show.panels import curve, new_panels, titled
-from rail_fem.show.style import CURVES, GREY
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
 
 BODY, STEEL = Elastic(210e9, 0.3), MN13
 MODULUS = contact_modulus(BODY, BODY)
@@ -174,24 +171,16 @@ def table_of(ellipsoids: tuple[Ellipsoid, ...], rolled: list[RolledOver], second
     return Table(head, rows)
 
 
-def draw(ellipsoids: tuple[Ellipsoid, ...], rolled: list[RolledOver], passes: dict[str, RolledOver]) -> Figure:
+def panel(ellipsoids: tuple[Ellipsoid, ...], rolled: list[RolledOver], passes: dict[str, RolledOver]) -> Panel:
     """Indentation over elastic approach against pressure over yield stress: law, what was rolled, explicit passes."""
-    figure, axis = new_panels(6.2)
-    for number, found in enumerate(passes.values()):
-        words = "explicit passes over the wing: " + ", ".join(passes) if number == 0 else ""
-        ratio = found.dent / found.elastic
-        curve(axis, found.pressure, ratio, words, GREY, line="", marker=".", markersize=5, alpha=0.5)
-    for number, (one, found) in enumerate(zip(ellipsoids, rolled)):
-        later = slice(len(found.x) // 4, None)
-        words = f"rolled over the half-space: radii {one.radii[0] * 1e3:.0f} and {one.radii[1] * 1e3:.0f} mm"
-        curve(axis, found.pressure[later], (found.dent / found.elastic)[later], words, CURVES[number + 1], 2.2)
     q = np.linspace(1.0, max(5.0, *(found.pressure.max() for found in [*rolled, *passes.values()])), 100)
-    words = "law of the light models, without its lag"
-    curve(axis, q, RATE * np.maximum(q - ONSET, 0), words, CURVES[0], 1.5, "--")
-    axis.set(xlabel="mean Hertz pressure over yield stress", ylim=(-0.03, None))
-    axis.set_ylabel("plastic indentation over elastic approach")
-    axis.legend()
-    return titled(figure, "How deep a rolling wheel presses in Mn13: loops are forces that rise and fall")
+    lines: dict[str, tuple] = {"law of the light models, without its lag": (q, RATE * np.maximum(q - ONSET, 0), "--")}
+    for one, found in zip(ellipsoids, rolled):
+        later = slice(len(found.x) // 4, None)
+        words = f"half-space: radii {one.radii[0] * 1e3:.0f} and {one.radii[1] * 1e3:.0f} mm"
+        lines[words] = (found.pressure[later], (found.dent / found.elastic)[later])
+    lines |= {name: (found.pressure, found.dent / found.elastic, ".") for name, found in passes.items()}
+    return Panel("mean Hertz pressure over yield stress", "plastic indentation over elastic approach", lines)
 
 
 def main(
@@ -218,7 +207,8 @@ def main(
         off, most = off_by(wing, by_law(wing)), wing.dent.max()
         words.append(f"{name}: law off by {off * most * 1e6:.1f} um, largest indentation {most * 1e6:.1f} um")
     tables = [table_of(ellipsoids, rolled, seconds)]
-    publish("rolled_indentation", out, tables, lambda: draw(ellipsoids, rolled, found), "\n".join(words))
+    title = "How deep a rolling wheel presses in Mn13: loops are forces that rise and fall"
+    publish("rolled_indentation", out, tables, [panel(ellipsoids, rolled, found)], title, "\n".join(words))
 
 
 if __name__ == "__main__":

@@ -13,14 +13,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from bem.cycle_jumps import LEAST_FLOW, JumpRule
 from rail_fem.cyclic.law import CyclicLaw
 from rail_fem.cyclic.rolling_line import NoEquilibriumError, RollingHistory, rolling_line_contact
-from rail_fem.show.panels import new_panels, titled
-from rail_fem.show.style import CURVES
-from rail_fem.studies.harness import Table
+from rail_fem.studies.harness import Panel, Table
 
 TRACTION = 0.1
 RATIOS = (3.2, 3.8, 4.2, 4.6, 5.0, 5.6)  # largest pressure over the shear yield stress
@@ -126,35 +123,15 @@ def table(found: list[LongRun | RefusedLoad]) -> Table:
     return Table(head + ["CPU s: with jumps, without (scaled)"], rows)
 
 
-def draw(found: list[LongRun | RefusedLoad]) -> Figure:
-    """Cumulated plastic strain and forward shear over the passes, computed ones broad, with jumps dashed in a band; the
-    error of the plastic strain, true and estimated."""
-    figure, (strain, shear, error) = new_panels(6.0, 1, 3)
-    shown = [run for run in found if isinstance(run, LongRun) and run.jumped.plastic_strain[-1].max() > LEAST_FLOW]
-    for run, colour in zip(shown, CURVES):
-        h, w = run.jumped, run.jumped.worst
-        number = np.arange(1, len(h.plastic_strain) + 1)
-        some = np.unique(np.round(np.geomspace(1, len(number), 200)).astype(int)) - 1
-        judge = run.computed
-        first = some[some < len(judge.plastic_strain)]
-        for axes, name in ((strain, "plastic_strain"), (shear, "shear")):
-            value, bar = np.abs(getattr(h, name)[:, w]), getattr(h, f"{name}_error")[:, w]
-            axes.fill_between(number[some], (value - bar)[some], (value + bar)[some], color=colour, alpha=0.3, lw=0)
-            axes.loglog(number[some], value[some], "--", color=colour, label=f"{run.ratio:g} k, {h.verdict()}")
-            axes.loglog(number[first], np.abs(getattr(judge, name)[first, 0]), "-", color=colour, lw=4, alpha=0.4)
-        off = np.abs(h.plastic_strain[first, w] - judge.plastic_strain[first, 0])
-        error.loglog(number[some], (h.plastic_strain_error[:, w] / h.plastic_strain[:, w])[some], "--", color=colour)
-        error.loglog(number[first], off / judge.plastic_strain[first, 0], "-", color=colour, lw=4, alpha=0.4)
-    strain.set(ylabel="plastic strain, cumulated [1]", title="flow, to and fro")
-    shear.set(ylabel="residual shear strain, forward [1]", title="what runs away")
-    error.set(ylabel="error of the plastic strain over it [1]", title="error of the jumps", ylim=(1e-9, 0.1))
-    for axes in (strain, shear, error):
-        axes.set(xlabel="pass")
-    strain.set_ylim(top=1e3 * strain.get_ylim()[1])  # room for the legend
-    strain.legend(loc="upper left", fontsize=9, title="largest pressure, verdict")
-    error.plot([], [], "-", color="0.4", lw=4, alpha=0.5, label="every pass computed; true error")
-    error.plot([], [], "--", color="0.4", label="with jumps; estimated error")
-    error.legend(loc="upper left", fontsize=9)
-    return titled(
-        figure, f"Passes of a line contact, traction {TRACTION:g} of the pressure, at the depth that fares worst"
-    )
+def panels(found: list[LongRun | RefusedLoad]) -> list[Panel]:
+    """Cumulated plastic strain, forward shear, and the estimated error of the first, over the passes, at the depth that
+    fares worst."""
+    lines: list[dict[str, tuple]] = [{}, {}, {}]
+    for run in found:
+        if isinstance(run, LongRun) and run.jumped.plastic_strain[-1].max() > LEAST_FLOW:
+            h, w = run.jumped, run.jumped.worst
+            number, flow = np.arange(1, len(h.plastic_strain) + 1), h.plastic_strain[:, w]
+            for own, value in zip(lines, (flow, np.abs(h.shear[:, w]), h.plastic_strain_error[:, w] / flow)):
+                own[f"{run.ratio:g} k, {h.verdict()}"] = (number, value)
+    words = "plastic strain, cumulated [1]", "forward shear strain [1]", "error of the jumps over the strain [1]"
+    return [Panel("pass", label, own, log="xy") for label, own in zip(words, lines)]

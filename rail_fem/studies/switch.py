@@ -13,7 +13,6 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from matplotlib.figure import Figure
 
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
@@ -21,16 +20,13 @@ from geometry.surfaces.switch import Switch
 from geometry.wheelset import Wheelset, WheelsetError
 from rail_fem.atomic import write_text_atomically
 from rail_fem.light.load_sharing import MISSED, LoadedWheelset, equilibrium_under
-from rail_fem.show.panels import curve, titled
-from rail_fem.show.style import NOSE, WING, new_figure
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
 
 MM = 1e-3
 AXLE_LOAD = 200e3  # thesis 3.9 [N]
 PUSH = 0.1  # lateral load outwards over the axle load
 YAW, YAW_LENGTH = 8.55e-3, 1.0  # thesis 3.9: 0 to -8.55 mrad (its sign); reached after this length [rad, m]
-SHOWN = 0.7, 1.5, 2.1, 3.0  # sections drawn [m]
-BODIES = (("stock rail", WING), ("switch rail", NOSE))
+BODIES = "stock rail", "switch rail"
 
 
 @dataclass(frozen=True)
@@ -133,85 +129,21 @@ def point_table(found: SwitchPass, switch: Switch) -> Table:
     return Table(list(columns), np.column_stack(list(columns.values())).tolist())
 
 
-def draw(switch: Switch, found: SwitchPass, wheel: str) -> Figure:
-    """Plan with the contact points, load shares, and four sections with the wheel in place."""
-    figure = new_figure(14.0)
-    grid = figure.add_gridspec(4, 2, height_ratios=[1.5, 0.9, 1.0, 1.0])
-    draw_plan(figure.add_subplot(grid[0, :]), switch, found)
-    draw_shares(figure.add_subplot(grid[1, :]), found)
-    for k, at in enumerate(SHOWN):
-        draw_section(figure.add_subplot(grid[2 + k // 2, k % 2]), switch, found, at, wheel)
-    return titled(
-        figure,
-        f"{wheel} through a parametric switch (R {switch.radius:g} m, {switch.rail} stock rail), facing to the right,"
-        f" axle load {AXLE_LOAD / 1e3:g} kN,\npushed outwards by {PUSH:.0%} of it; after the thesis' Fig. 3-12, its"
-        " switch rail is not public",
-        15,
-    )
-
-
-def draw_plan(axis, switch: Switch, found: SwitchPass) -> None:
-    """Top view in the stock rail's axes: edges 14 mm down, points as large as their force."""
+def panels(switch: Switch, found: SwitchPass) -> list[Panel]:
+    """Top view in the stock rail's axes with the contact points, and the load that either rail carries."""
     x = np.linspace(found.x[0], found.x[-1], 200)
     edge = np.array([switch.gauge_line - switch.width(v) for v in x]) / MM
-    axis.fill_between(x, switch.gauge_line / MM, -switch.gauge_line / MM, color="#E3E3E3", lw=0)
-    axis.fill_between(x, edge, switch.gauge_line / MM, color="#CFCFCF", lw=0)
-    for value, words in ((np.full(len(x), switch.gauge_line / MM), "stock rail"), (edge, "switch rail")):
-        axis.plot(x, value, color="#555555", lw=1.0)
-        at = -1 if words == "stock rail" else 120
-        place = {"xytext": (-8, 5 if at < 0 else -16), "textcoords": "offset points", "ha": "right"}
-        axis.annotate(f"gauge line of the {words}", (x[at], value[at]), style="italic", **place)
-    for switch_rail, (name, colour) in enumerate(BODIES):
+    plan: dict[str, tuple] = {
+        "gauge line of the stock rail": (x, np.full(len(x), switch.gauge_line / MM)),
+        "gauge line of the switch rail": (x, edge),
+    }
+    shares: dict[str, tuple] = {"points that carry, times 10": (found.x, 10 * found.points(), "o")}
+    for switch_rail, name in enumerate(BODIES):
         mine = found.on_switch_rail == bool(switch_rail)
-        look = {"s": 6e-4 * found.force[mine], "color": colour, "zorder": 3}
-        axis.scatter(found.x[found.index[mine]], found.position[mine] / MM, label=f"contact on the {name}", **look)
-    for shown in SHOWN:
-        axis.axvline(shown, color="black", lw=0.7, ls=":")
-    axis.set(xlabel="x from the toe [m]", xlim=(found.x[0] - 0.03, found.x[-1] + 0.03))
-    axis.set(ylabel="y on the stock rail [mm]", ylim=(edge.min() - 8, 40))
-    axis.set_title("top view; area of a dot: normal force; dotted: sections below", loc="left")
-    axis.legend(loc="lower left")
-
-
-def draw_shares(axis, found: SwitchPass) -> None:
-    for switch_rail, (name, colour) in enumerate(BODIES):
-        axis.plot(found.x, 100 * found.share(bool(switch_rail)), color=colour, label=f"load on the {name} [%]")
-    curve(axis, found.x, 10 * found.points(), "points that carry, times 10", width=1.0, drawstyle="steps-mid")
-    axis.set(xlabel="x from the toe [m]", xlim=(found.x[0] - 0.03, found.x[-1] + 0.03))
-    axis.set_ylabel("share of the wheel load [%]")
-    axis.legend(ncols=3, loc="center right")
-
-
-def draw_section(axis, switch: Switch, found: SwitchPass, at: float, wheel: str) -> None:
-    """Stock rail, switch rail and the wheel where it rests, looking along the track; contacts marked."""
-    k = int(np.argmin(np.abs(found.x - at)))
-    x, state = float(found.x[k]), found.states[k].state
-    track = switch.track(x)
-    origin = track.gauge_offset("left") + track.left_position.lateral
-    for profile, colour in ((switch.stock, "#DDDDDD"), (switch.switch_rail(x), "#C2C2C2")):
-        y, z = profile.points.T / MM
-        axis.fill_between(y, z, -36, color=colour, lw=0)
-        axis.plot(y, z, color="#555555", lw=0.9)
-    s, tread = wheel_profile(wheel).points.T
-    along, radius = state.datum_arm + s, state.radius - tread
-    axis.plot(
-        (state.y + along * np.cos(state.roll) + radius * np.sin(state.roll) - origin) / MM,
-        (state.z + along * np.sin(state.roll) - radius * np.cos(state.roll)) / MM,
-        color="black",
-        lw=1.4,
-    )
-    for y, switch_rail, force, a in zip(
-        *(v[found.index == k] for v in (found.position, found.on_switch_rail, found.force, found.angle))
-    ):
-        z = float((switch.switch_rail(x) if switch_rail else switch.stock).height(np.array(y)))
-        axis.plot(y / MM, z / MM, "o", ms=9, color=BODIES[int(switch_rail)][1], mec="white")
-        axis.annotate(
-            f"{force / 1e3:.0f} kN, {np.degrees(a):.0f}\u00b0", (y / MM, z / MM), (9, 11), textcoords="offset points"
-        )
-    axis.set(xlim=(-95, 40), ylim=(-36, 12), aspect="equal", xlabel="y on the stock rail [mm]", ylabel="z [mm]")
-    axis.set_title(
-        f"x = {x:.2f} m, switch rail {switch.width(x) / MM:.1f} mm wide, top {switch.top(x) / MM:.1f} mm", loc="left"
-    )
+        plan[f"contact on the {name}"] = (found.x[found.index[mine]], found.position[mine] / MM, "o")
+        shares[f"load on the {name}"] = (found.x, 100 * found.share(bool(switch_rail)))
+    from_toe = "x from the toe [m]"
+    return [Panel(from_toe, "y on the stock rail [mm]", plan), Panel(from_toe, "share of the wheel load [%]", shares)]
 
 
 def main(
@@ -222,7 +154,8 @@ def main(
     """A wheelset through a switch: where contact goes from the stock rail to the switch rail."""
     switch = Switch()
     found = run_through(switch, wheel, np.arange(0, 4.001, 0.25) if quick else None)
-    publish("switch", out, [], lambda: draw(switch, found, wheel), report(found))
+    title = f"{wheel} through a parametric switch (R {switch.radius:g} m), axle load {AXLE_LOAD / 1e3:g} kN, facing"
+    publish("switch", out, [], panels(switch, found), title, report(found), columns=1)
     if out is not None:
         write_text_atomically(out / "switch.csv", point_table(found, switch).csv())
 

@@ -17,7 +17,6 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from matplotlib.figure import Figure
 
 from bem.halfspace.transient_fastsim import EllipseHistory, Rolled, SlipLaw, transient
 from bem.material import Elastic, Pair
@@ -29,9 +28,7 @@ from rail_fem.damage.wear import JENDEL
 from rail_fem.hierarchy import solve
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings
-from rail_fem.show.panels import new_panels, titled
-from rail_fem.show.style import BODY, GREY
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
 
 SPACING = 0.5e-3  # of the patches of the pass, and of steady ones [m]
 STEP = 0.2e-3  # rolled at once, and of the grid along [m]
@@ -175,26 +172,15 @@ def table(found: dict[str, SteadyAndMoving], step: float) -> Table:
     return Table(HEAD, [body_row(name, own, step) for name, own in found.items()])
 
 
-def draw(found: dict[str, SteadyAndMoving], title: str, step: float) -> Figure:
-    """Normal force, friction work per millimetre steady and moving, and their difference, of wing and nose."""
-    figure, (load, work, off) = new_panels(8.0, 3, 1, sharex=True, height_ratios=[0.7, 1.3, 0.9])
-    for name, own in found.items():
-        x = own.x * MM
-        load.plot(x, own.load / 1e3, color=BODY[name], label=name)
-        work.plot(x, own.moving.power / MM, color=BODY[name], label=f"{name}, as the patch changes")
-        grey = {"color": GREY, "ls": "--", "lw": 1.2}
-        work.plot(x, own.steady.power / MM, label="each patch steady" if name == BODIES[0] else None, **grey)
-        off.plot(x, (own.moving.power - own.steady.power) / MM, color=BODY[name], label=name)
-    off.axhline(0, color="black", lw=0.8)
-    load.set(ylabel="normal force [kN]")
-    work.set(ylabel="friction work [J per mm]")
-    off.set(ylabel="difference [J per mm]", xlabel="x of the wheel along the crossing [mm]")
-    load.legend()
-    work.set_ylim(0, 1.35 * work.get_ylim()[1])
-    work.legend(ncols=2, fontsize=10, loc="upper left")
-    return titled(
-        figure, f"{title}\nrolling over the transfer: points of the rail remember, or each patch is steady", 13
-    )
+def panels(found: dict[str, SteadyAndMoving]) -> list[Panel]:
+    """Normal force, and friction work per millimetre as patches change and each steady, of wing and nose."""
+    load = {name: (own.x * MM, own.load / 1e3) for name, own in found.items()}
+    work: dict[str, tuple] = {
+        f"{name}, as the patch changes": (own.x * MM, own.moving.power / MM) for name, own in found.items()
+    }
+    work |= {f"{name}, each patch steady": (own.x * MM, own.steady.power / MM, "--") for name, own in found.items()}
+    asked = {"normal force [kN]": load, "friction work [J per mm]": work}
+    return [Panel("x of the wheel along the crossing [mm]", words, lines) for words, lines in asked.items()]
 
 
 CASE = Path("cases/damage/crossing_transfer.toml")
@@ -213,7 +199,7 @@ def main(
         raise typer.BadParameter(f"{case}: has no table [damage]")
     step = 2 * STEP if quick else STEP
     found = compare(read.scene, read.damage, {"start": start, "end": end}, step)
-    publish("transient_rolling", out, [table(found, step)], lambda: draw(found, read.title, step))
+    publish("transient_rolling", out, [table(found, step)], panels(found), read.title, columns=1)
 
 
 if __name__ == "__main__":

@@ -11,12 +11,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from functools import partial
 from typing import Annotated
 
 import numpy as np
 import typer
-from matplotlib.figure import Figure
 
 from geometry.contact.conicity import ShiftCurves, equivalent_conicity, shift_curves
 from geometry.contact.lofted_search import SurfaceSearch
@@ -27,9 +25,7 @@ from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import SIDES, Track, Wheelset
 from rail_fem.atomic import write_text_atomically
 from rail_fem.light.load_sharing import LoadedWheelset, static_equilibrium
-from rail_fem.show.panels import titled
-from rail_fem.show.style import CURVES, TOTAL, new_figure
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
 
 MM = 1e-3
 AXLE_LOAD = 98.15e3  # thesis Table 3-1 [N]
@@ -54,31 +50,22 @@ def curve_table(curves: ShiftCurves, loaded: Sequence[LoadedWheelset]) -> Table:
     return Table(list(columns), np.column_stack(list(columns.values())).tolist())
 
 
-def draw(curves: ShiftCurves, loaded: Sequence[LoadedWheelset], conicity: Sequence[float], title: str) -> Figure:
-    """Six panels against the shift [mm]."""
-    figure, shift = new_figure(12.0), curves.shift / MM
-    (radius, angle), (first, carrying), (lateral, cone) = figure.subplots(3, 2)
-    lines = {"marker": ".", "ms": 2.5, "lw": 0.6}
-    radius.plot(shift, curves.radius_difference / MM, color=TOTAL, **lines)
-    radius.set(title="rolling radius difference, left - right", ylabel="mm")
-    angle.plot(shift, np.degrees(curves.angle_difference), color=TOTAL, **lines)
-    angle.set(title="contact angle difference, left - right", ylabel="degrees")
-    for k, (side, colour) in enumerate(zip(SIDES, CURVES)):
-        first.plot(shift, curves.rail_station[k] / MM, color=colour, label=f"{side} rail", **lines)
-        for y, l in zip(shift, loaded):
-            own = getattr(l, side)
-            points = own.contacts.rail_station / MM
-            carrying.scatter(np.full(len(points), y), points, s=3e-4 * own.normal_force, color=colour, lw=0)
-    first.set(title="first point of contact on the rail, + to the field side", ylabel="mm from the rail's middle")
-    first.legend()
-    carrying.set(title=f"carrying points under {AXLE_LOAD / 1e3:g} kN, size: force", ylabel="mm from the rail's middle")
-    lateral.plot(shift, [l.lateral_force / 1e3 for l in loaded], color=TOTAL, **lines)
-    lateral.set(title=f"lateral force of the contacts under {AXLE_LOAD / 1e3:g} kN", ylabel="kN")
-    cone.plot(AMPLITUDES / MM, conicity, "o-", color=TOTAL, ms=4, lw=0.8)
-    cone.set(title="equivalent conicity, EN 15302", xlabel="amplitude [mm]", ylabel="tan gamma", ylim=(0, None))
-    for axis in (radius, angle, first, carrying, lateral):
-        axis.set(xlabel="lateral shift, + to the left [mm]", xlim=(-12, 12))
-    return titled(figure, title)
+def panels(curves: ShiftCurves, loaded: Sequence[LoadedWheelset], conicity: Sequence[float]) -> list[Panel]:
+    """Six against the shift, conicity against its amplitude."""
+    shift, points = curves.shift / MM, {}
+    for side in SIDES:
+        own = [getattr(one, side).contacts.rail_station / MM for one in loaded]
+        points[f"{side} rail"] = (np.repeat(shift, [len(at) for at in own]), np.concatenate(own), ".")
+    first = {f"{side} rail": (shift, station / MM, ".") for side, station in zip(SIDES, curves.rail_station)}
+    asked: dict[str, dict] = {
+        "rolling radius difference [mm]": {"left - right": (shift, curves.radius_difference / MM)},
+        "contact angle difference [degrees]": {"left - right": (shift, np.degrees(curves.angle_difference))},
+        "first point, from the rail's middle [mm]": first,
+        f"carrying points under {AXLE_LOAD / 1e3:g} kN [mm]": points,
+        "lateral force of the contacts [kN]": {"of both": (shift, [one.lateral_force / 1e3 for one in loaded])},
+    }
+    found = [Panel("lateral shift, + to the left [mm]", words, lines) for words, lines in asked.items()]
+    return [*found, Panel("amplitude [mm]", "equivalent conicity", {"EN 15302": (AMPLITUDES / MM, conicity, "o-")})]
 
 
 def random_states(count: int, seed: int = 1) -> np.ndarray:
@@ -151,7 +138,7 @@ def main(
         Table(["amplitude [mm]", "equivalent conicity"], told, f"Jumps of the contact at {jumps} mm"),
         Table(["sections [mm]", "stations [mm]", "ms a state", *ERRORS], states, times),
     ]
-    publish("wheelset", out, tables, partial(draw, curves, loaded, conicity, title), title)
+    publish("wheelset", out, tables, panels(curves, loaded, conicity), title, title)
     if out is not None:
         write_text_atomically(out / "wheelset_curves.csv", curve_table(curves, loaded).csv())
 

@@ -13,9 +13,7 @@ from rail_fem.output.extrapolation import limit_of, observed_order
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import Cost
 from rail_fem.settings.explicit import FeSettings
-from rail_fem.show.style import save
 from rail_fem.studies import passage_size, size_series
-from rail_fem.studies.size_figures import draw_cost, draw_sizes
 from rail_fem.sweeps.rows import read_rows
 from tests.rail_fem.test_error_bars import FORCE, MM, TRANSFER, at_size
 
@@ -80,10 +78,13 @@ def test_sizes_that_cannot_be_read_are_refused_with_an_example(text):
     assert size_series.read_sizes("1, 4,2") == pytest.approx([4e-3, 2e-3, 1e-3])
 
 
-def test_the_figures_are_drawn_with_what_there_is(series, tmp_path):
-    assert save(draw_sizes(series), tmp_path / "sizes.png").stat().st_size > 20_000
+def test_the_figure_has_the_errors_of_the_table_over_size_and_cost(series):
+    """Second order: 32, 8 and 2 % of the limit."""
     dear = [replace(r, cost=Cost(wall_time=10.0 * 4**k)) for k, r in enumerate(series)]
-    assert save(draw_cost(dear), tmp_path / "cost.png").stat().st_size > 20_000
+    of_size, of_cost = passage_size.panels(dear)
+    for panel, x in ((of_size, [4, 2, 1]), (of_cost, [10, 40, 160])):
+        at, errors, _ = panel.lines["impact on the wheel"]
+        assert at == pytest.approx(x) and errors == pytest.approx([32, 8, 2], rel=0.01)
 
 
 def test_windows_of_the_whole_crossing_may_still_be_lengthened_for_larger_elements():

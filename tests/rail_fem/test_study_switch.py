@@ -12,8 +12,7 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.switch import Switch
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.load_sharing import static_equilibrium
-from rail_fem.show.style import save
-from rail_fem.studies.switch import AXLE_LOAD, MM, draw, point_table, report, run_through
+from rail_fem.studies.switch import AXLE_LOAD, MM, panels, point_table, report, run_through
 
 X = np.array([0.0, 0.3, 0.7, 1.2, 1.8, 2.0, 2.05, 2.1, 2.15, 2.4, 2.65, 3.0, 4.0])  # at 2.65 m a force jumps
 
@@ -111,12 +110,16 @@ def test_sections_one_by_one_stand_as_the_whole_surface_does():
         assert positions[0] == pytest.approx(positions[1], abs=0.3 * MM)
 
 
-def test_the_study_writes_its_table_and_figure(tmp_path, passed):
+def test_the_study_has_its_table_and_figure(passed):
     table = point_table(passed, Switch())
     force = table.head.index("normal force [kN]")
     assert np.allclose([row[force] for row in table.rows], passed.force / 1e3)
     assert "half of the wheel load from 2.10 m" in report(passed)
-    assert save(draw(Switch(), passed, "P8"), tmp_path / "switch.png").stat().st_size > 50_000
+    plan, shares = panels(Switch(), passed)
+    points = [len(plan.lines[f"contact on the {rail}"][0]) for rail in ("stock rail", "switch rail")]
+    assert sum(points) == len(passed.index) and min(points) > 0
+    both = [shares.lines[f"load on the {rail}"][1] for rail in ("stock rail", "switch rail")]
+    assert sum(both) == pytest.approx(np.full(len(X), 100.0))
 
 
 def test_switches_that_cannot_be_are_refused():

@@ -96,7 +96,7 @@ def test_the_study_command_saves_its_table_and_figures(tmp_path, monkeypatch):
         and "limit of 1.5, 1 mm" in text
         and "nan" not in text
     )
-    for name in ("patch_methods.png", "patch_maps.png"):
+    for name in ("patch_methods.png",):
         assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG"
 
 

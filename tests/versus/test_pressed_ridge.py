@@ -6,7 +6,7 @@ import pytest
 from bem.material import STEEL, contact_modulus
 from rail_fem.static_fe.axisymmetric import AxisymmetricError, YieldingSteel
 from rail_fem.static_fe.pressed_ridge import Ridge, press_ridge
-from rail_fem.studies.plastic_ridge import RIGID, draw, rows_of, table
+from rail_fem.studies.plastic_ridge import RIGID, panels, rows_of, table
 
 ELASTIC = YieldingSteel(STEEL, 1e15)
 CURVATURE = 10.0
@@ -41,7 +41,7 @@ def test_a_yielding_ridge_flows_more_the_sharper_it_is():
     assert 1 < blunt.value["integral"] < sharp.value["integral"]
     assert 1 <= blunt.value["half_width"] < sharp.value["half_width"]
     assert flat["zone_depth"] > 0.7 and 0 < flat["max_strain"] < 0.05
-    assert "| 3 | flat |" in table({3.0: flat}, [blunt, sharp]).markdown() and len(draw([blunt, sharp]).axes) == 2
+    assert "| 3 | flat |" in table({3.0: flat}, [blunt, sharp]).markdown() and len(panels([blunt, sharp])) == 2
 
 
 def test_what_is_no_ridge_is_refused_in_words():
