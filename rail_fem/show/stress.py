@@ -25,7 +25,7 @@ SIGNED = "PuOr"  # compression brown, tension violet, told apart by the colour-b
 ALONG, ACROSS = VOIGT.index("xx"), VOIGT.index("yy")
 
 
-class Panel(NamedTuple):
+class FieldPanel(NamedTuple):
     """A section through one element: polygons [(corners, 2) in mm], their values [MPa], the element's place, words."""
 
     polygons: list[np.ndarray]
@@ -90,14 +90,14 @@ def moment(result: PassResult, frame: Fields, body: str) -> str:
     return f"wheel at {1e3 * at('x'):.0f} mm, {at(f'force_{body}') / 1e3:.0f} kN"
 
 
-def under_load(fields: Fields, body: str) -> Panel:
+def under_load(fields: Fields, body: str) -> FieldPanel:
     """Von Mises stress in the section of the body's most stressed element."""
     mine = np.flatnonzero(fields.region == REGIONS.index(body))
     values = von_mises(fields.stress[mine])
     return section(fields, mine, values, int(values.argmax()))
 
 
-def residual(fields: Fields, body: str, component: int) -> Panel | None:
+def residual(fields: Fields, body: str, component: int) -> FieldPanel | None:
     """A component of stress in the section of the body's largest plastic strain; None where nothing has yielded."""
     mine = np.flatnonzero(fields.region == REGIONS.index(body))
     strain = fields.plastic_strain[mine]
@@ -106,17 +106,17 @@ def residual(fields: Fields, body: str, component: int) -> Panel | None:
     return section(fields, mine, fields.stress[mine, component], int(strain.argmax()))
 
 
-def section(fields: Fields, mine: np.ndarray, values: np.ndarray, worst: int) -> Panel:
+def section(fields: Fields, mine: np.ndarray, values: np.ndarray, worst: int) -> FieldPanel:
     """Cells `mine` cut at the x of their cell number `worst`; values (len(mine),) [Pa]."""
     centre = fields.points[fields.cells[mine[worst]]].mean(axis=0)
     polygons, cut = cut_at(fields.points, fields.cells[mine], centre[0])
     depth = 1e3 * depth_below(polygons, centre[1:])
-    return Panel(
+    return FieldPanel(
         [1e3 * p for p in polygons], values[cut] / 1e6, 1e3 * centre[1:], values[worst] / 1e6, depth, centre[0]
     )
 
 
-def draw_row(figure: Figure, row, found: dict[str, Panel | None], words: str, signed: bool, when: str) -> None:
+def draw_row(figure: Figure, row, found: dict[str, FieldPanel | None], words: str, signed: bool, when: str) -> None:
     """One quantity in all bodies, with one scale."""
     there = {body: panel for body, panel in found.items() if panel is not None}
     views = {body: near(panel) for body, panel in there.items()}
@@ -140,7 +140,7 @@ def draw_row(figure: Figure, row, found: dict[str, Panel | None], words: str, si
     figure.colorbar(colours, ax=list(row), aspect=18, label=words + (", tension +" if signed else ""))
 
 
-def near(panel: Panel) -> tuple[tuple[float, float], np.ndarray]:
+def near(panel: FieldPanel) -> tuple[tuple[float, float], np.ndarray]:
     """Point on the surface over the panel's element (y, z) [mm], and which polygons lie in the view about it."""
     y, z = panel.at[0], panel.at[1] + panel.depth
     middle = np.array([polygon.mean(axis=0) for polygon in panel.polygons])
