@@ -12,7 +12,10 @@ from rail_fem.case.casefile import load_case
 from rail_fem.fe.initial_position import smallest_gap
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.running import running_of
-from tests.ranks import printed_by_ranks
+from rail_fem.launcher import rank_count
+from rail_fem.light import kept_meshes
+from rail_fem.output.sealed import seal_of
+from tests.ranks import printed_by_ranks, printed_here
 
 CASE = load_case(Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml")
 SIZE = 5e-3
@@ -88,20 +91,18 @@ def test_trailing_starts_behind_the_nose_and_runs_back():
     assert running.speed == -CASE.scene.speed and running.spin < 0 and running.duration > 0
 
 
-MESHED = """
-import kernel_cache
-from tests.fe.test_initial_position import CASE, SETTINGS, make_mesh, running_of
-from rail_fem.launcher import rank_count
-from rail_fem.output.sealed import seal_of
-kernel_cache.lasting_folder = lambda: None
-placed = make_mesh(CASE.scene, SETTINGS, running_of(CASE.scene, SETTINGS))
-if placed is not None:
-    print(rank_count(), seal_of({name: item for name, item in vars(placed[0]).items()}, {}), *placed[1:])
-"""
+def print_meshed() -> None:
+    """Ranks, the mesh's digest and what came with it; nothing is taken from an earlier run."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kept_meshes, "_file", lambda mesher: None)
+        placed = make_mesh(CASE.scene, SETTINGS, running_of(CASE.scene, SETTINGS))
+    if placed is not None:
+        print(rank_count(), seal_of(vars(placed[0]), {}), *placed[1:])
 
 
 @pytest.mark.mpi
-def test_bodies_dealt_out_to_ranks_are_meshed_to_the_same_bits():
-    """On three ranks each body by another; nothing is taken from an earlier run."""
-    one, three = (printed_by_ranks(ranks, "-c", MESHED).split() for ranks in (1, 3))
-    assert (one[0], three[0]) == ("1", "3") and one[1:] == three[1:] and len(one) == 4
+@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.validate)])
+def test_bodies_dealt_out_to_ranks_are_meshed_to_the_same_bits(ranks):
+    job = "from tests.fe.test_initial_position import print_meshed; print_meshed()"
+    one, more = printed_here(print_meshed).split(), printed_by_ranks(ranks, "-c", job).split()
+    assert (one[0], more[0]) == ("1", str(ranks)) and one[1:] == more[1:] and len(one) == 4

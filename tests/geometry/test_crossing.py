@@ -129,7 +129,12 @@ TOPPED = {"nose_lowering": -0.87 * MM, "topping_slope": 18.2e-3, "topping_depth"
 
 @pytest.mark.parametrize(
     "ratio, step, changes",
-    [(9.25, 1.0 * MM, {}), (10.75, 0.5 * MM, {}), (10.75, 1.0 * MM, TOPPED), (10.75, 1.0 * MM, FITTED)],
+    [
+        pytest.param(9.25, 1.0 * MM, {}, marks=pytest.mark.validate),
+        pytest.param(10.75, 0.5 * MM, {}, marks=pytest.mark.validate),
+        (10.75, 1.0 * MM, TOPPED),
+        pytest.param(10.75, 1.0 * MM, FITTED, marks=pytest.mark.validate),
+    ],
 )
 def test_sections_keep_their_points_and_move_continuously(ratio, step, changes):
     """Same count, feet on the floor, order kept; neighbours in x move by no more than the taper allows (no jump). Also

@@ -169,7 +169,16 @@ def _occ_body(path, kind, length):
         gmsh.finalize()
 
 
-@pytest.mark.parametrize("kind, length", [("cylinder", 0.6), ("prism", 2.6), *((kind, 0.6) for kind in BODIES)])
+@pytest.mark.parametrize(
+    "kind, length",
+    [
+        ("cylinder", 0.6),
+        *(
+            pytest.param(*row, marks=pytest.mark.validate)
+            for row in [("prism", 2.6), *((kind, 0.6) for kind in BODIES)]
+        ),
+    ],
+)
 def test_sharp_edges_take_no_more_sections_than_the_shape_along_the_track(tmp_path, kind, length):
     """What is straight along x needs no station beside those that are tried first; its edges lie on points, to a foot's
     2 um and what a trimmed face's edge is halved to."""

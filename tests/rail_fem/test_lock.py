@@ -94,7 +94,7 @@ def try_it(folder, ready, out):
     ready.wait()  # all have tried before one ends
 
 
-@pytest.mark.parametrize("stale", [False, True])
+@pytest.mark.parametrize("stale", [pytest.param(False, marks=pytest.mark.validate), True])
 def test_of_eight_that_come_at_once_one_gets_it(tmp_path, stale):
     if stale:
         (tmp_path / lock.LOCK).write_text(json.dumps(lock.this_process() | {"began": "1"}))
