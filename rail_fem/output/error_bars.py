@@ -12,7 +12,7 @@ that of the body's integral times how steeply volume falls with level.
 
 A mean over a volume of a few elements is not resolved, nor is a volume of a few of them, of the run or of its twin: no
 bar is claimed. Fitted on the nose of the reference scene, 2 mm against 1 mm; tried on other scenes by
-rail_fem.studies.held_out_bars.
+rail_fem.studies.error_bars.
 """
 
 from __future__ import annotations

@@ -353,7 +353,3 @@ def main(
         found = versions()
         told = ", ".join(f"{name} {found[name]}" for name in ("python", "numpy", "numba", "dolfinx"))
         publish("benchmark", out, tables, note=f"{platform.processor() or platform.machine()}, {told}. Float64.")
-
-
-if __name__ == "__main__":
-    typer.run(main)

@@ -142,7 +142,3 @@ def main(
     drawn = panels(crossing, paths, numbers)
     title = f"Contact bands on the cast crossing 1:{ratio:g}, wheel of radius {radius:.0f} mm, centred, not yawed"
     publish("crossing_path", out, [table(numbers, ratio)], drawn, title, beside, columns=1)
-
-
-if __name__ == "__main__":
-    typer.run(main)

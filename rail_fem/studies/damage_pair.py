@@ -143,7 +143,3 @@ def main(
     one, two = read_pair(first, second)
     title = f"{first.name} against {second.name}, {two['log'][-1, PASSES]:,.0f} passes"
     publish("damage_pair", out, tables(one, two), panels(one, two, (first.name, second.name)), title)
-
-
-if __name__ == "__main__":
-    typer.run(main)

@@ -2,8 +2,7 @@
 that make it less expensive change is a list for sweep, cases/rows/passage_choices.toml.
 
     rail-fem study passage-size --out sizes                       4, 3, 2 mm over the nose: some minutes
-    mpirun -n 2 python -m mpi4py -m rail_fem.studies.passage_size --case cases/nose_transfer.toml
-        --sizes 4,2,1 --out runs/sizes
+    mpirun -n 2 python -m mpi4py -m rail_fem study passage-size --case cases/nose_transfer.toml --sizes 4,2,1
 
 Writes table.md and passage_size.png (values, and speed against error). Runs lie in folders of their size: what is there
 is not run again, what was stopped goes on. Bars are those of `error_twin`, the next coarser run of the series
@@ -149,7 +148,3 @@ def main(
         write_text_atomically(out / "table.md", text)
         write_figure(out / "passage_size.png", lambda: panels_figure(panels(results), scene_words(results[0].scene)))
         typer.echo(f"{text}written: {out}/table.md, passage_size.png")
-
-
-if __name__ == "__main__":
-    typer.run(main)

@@ -143,7 +143,3 @@ def main(
         )
     drawn = [panel for rail, rows in cases.items() for panel in panels(rail, rows)]
     publish("patch_methods", out, [], drawn, f"P8, {WHEEL_LOAD / 1e3:.4g} kN", "\n\n".join(text))
-
-
-if __name__ == "__main__":
-    typer.run(main)

@@ -20,7 +20,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import typer
 
 from bem.exact.hertz import PointContact, point_contact
 from bem.exact.kalker import linear_creep_forces
@@ -274,7 +273,3 @@ def main(quick: QUICK = False, out: OUT = None) -> None:
     if out is not None:
         curves = curve_panels(creep_curves(22 if quick else 44, 7 if quick else 21))
         write_figure(out / "creep_curves.png", lambda: panels_figure(curves, "Creep curves", 3))
-
-
-if __name__ == "__main__":
-    typer.run(main)

@@ -179,7 +179,3 @@ def main(
     rows = [compare(case, value * MM) for case in PROBLEMS for value in sizes]
     drawn, title = panels([row for row in rows if row.size == sizes[-1] * MM]), f"Elements of {sizes[-1]:g} mm"
     publish("plane_contact", out, [table(rows)], drawn, title, columns=3)
-
-
-if __name__ == "__main__":
-    typer.run(main)

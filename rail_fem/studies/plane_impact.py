@@ -233,7 +233,3 @@ def main(
     note += "\n\n" + judged(runs[-1], element * MM) if judge else ""
     title = "P8 wheel striking a BS 113A rail section at 100 mm/s (plane strain, foot held)"
     publish("plane_impact", out, [table(runs)], panels(runs), title, note, columns=1)
-
-
-if __name__ == "__main__":
-    typer.run(main)

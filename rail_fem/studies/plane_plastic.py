@@ -179,7 +179,3 @@ def compare_means(sizes=SIZES, judge_sizes=JUDGE_SIZES, steps: int = 20) -> Iter
         ours = [of_cells(contact, window, size) for contact, size in zip(contacts, sizes)]
         judges = [of_elements(judge(contacts[0], size, steps, slope)[0], window, size) for size in judge_sizes]
         yield means_table(ours, judges, words)
-
-
-if __name__ == "__main__":
-    typer.run(main)

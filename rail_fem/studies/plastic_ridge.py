@@ -147,7 +147,3 @@ def main(
         rows += found
     title = "A cylinder pressed along a ridge with flanks of 45 degrees, over a flat, plane strain"
     publish("plastic_ridge", out, [table(flats, rows)], panels(rows), title)
-
-
-if __name__ == "__main__":
-    typer.run(main)

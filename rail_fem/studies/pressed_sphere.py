@@ -195,7 +195,3 @@ def main(
         typer.echo(f"w = {found[-1].approach:.3g}: {found[-1].seconds:.0f} and {spent:.0f} CPU s", err=True)
     title = "A rigid sphere on an elastic, perfectly plastic half-space (Poisson's ratio 0.3)"
     publish("pressed_sphere", out, [table(rows)], panels(rows), title)
-
-
-if __name__ == "__main__":
-    typer.run(main)

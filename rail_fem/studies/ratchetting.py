@@ -98,7 +98,3 @@ def main(
     ]
     words = "Many passes of a line contact, yield stress 300 MPa (made-up steel)"
     publish("ratchetting", out, [Table(head, rows, title)], drawn, words, columns=3)
-
-
-if __name__ == "__main__":
-    typer.run(main)

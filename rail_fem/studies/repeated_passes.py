@@ -129,7 +129,3 @@ def main(
     fallen = [falls(folder, result, part) for folder, result in zip(runs, results)]
     drawn = panels(results, fallen, part)
     publish("repeated_passes", out, [table(results, fallen, part)], drawn, f"Passes over the same {part}")
-
-
-if __name__ == "__main__":
-    typer.run(main)

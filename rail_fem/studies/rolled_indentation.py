@@ -209,7 +209,3 @@ def main(
     tables = [table_of(ellipsoids, rolled, seconds)]
     title = "How deep a rolling wheel presses in Mn13: loops are forces that rise and fall"
     publish("rolled_indentation", out, tables, [panel(ellipsoids, rolled, found)], title, "\n".join(words))
-
-
-if __name__ == "__main__":
-    typer.run(main)

@@ -158,7 +158,3 @@ def main(
     publish("switch", out, [], panels(switch, found), title, report(found), columns=1)
     if out is not None:
         write_text_atomically(out / "switch.csv", point_table(found, switch).csv())
-
-
-if __name__ == "__main__":
-    typer.run(main)

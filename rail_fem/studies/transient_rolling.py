@@ -200,7 +200,3 @@ def main(
     step = 2 * STEP if quick else STEP
     found = compare(read.scene, read.damage, {"start": start, "end": end}, step)
     publish("transient_rolling", out, [table(found, step)], panels(found), read.title, columns=1)
-
-
-if __name__ == "__main__":
-    typer.run(main)

@@ -147,7 +147,3 @@ def main(
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         write_text_atomically(out / "verification.md", text)
-
-
-if __name__ == "__main__":
-    typer.run(main)

@@ -141,7 +141,3 @@ def main(
     publish("wheelset", out, tables, panels(curves, loaded, conicity), title, title)
     if out is not None:
         write_text_atomically(out / "wheelset_curves.csv", curve_table(curves, loaded).csv())
-
-
-if __name__ == "__main__":
-    typer.run(main)

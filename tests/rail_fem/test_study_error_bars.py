@@ -7,8 +7,8 @@ import pytest
 
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import Peak
-from rail_fem.studies import held_out_bars
-from rail_fem.studies.held_out_bars import Held, held
+from rail_fem.studies import error_bars as held_out_bars
+from rail_fem.studies.error_bars import Held, held
 from tests.rail_fem.test_error_bars import FORCE, MM, at_size
 
 QUANTITIES = {"first_impact_on_nose", "transfer_x", "block_nose", "worst_1000_nose", "integral_nose"}

@@ -1,11 +1,12 @@
 """Operations of an element update, counted and not estimated: the kernels' own source runs in Python, uncompiled, on
 numbers that count what is done with them.
 
-    NUMBA_DISABLE_JIT=1 python -m rail_fem.studies.kernel_flops
+    NUMBA_DISABLE_JIT=1 python -m tests.fe.kernel_flops
 
 prints one line of JSON: operations per element of each kernel. Additions, subtractions, multiplications, divisions and
 roots count one each, comparisons and changes of sign nothing. The compiler may save a few (reassociation, common
-factors). `operations_of_kernels` starts this in a process of its own.
+factors). `operations_of_kernels` starts this in a process of its own. The benchmark keeps what flows:
+rail_fem.studies.benchmark_kernels.OPERATIONS.
 """
 
 from __future__ import annotations
@@ -18,11 +19,9 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from types import SimpleNamespace
-from typing import Literal
 
 import numpy as np
 
-Kernel = Literal["one-point", "full", "elastic", "rings"]
 LONGEST = 300  # of the job [s]
 EDGE, STEP = 1e-3, 1e-7
 
@@ -151,7 +150,7 @@ def operations_each(strain: float) -> dict[str, float]:
 def operations_of_kernels() -> dict[str, dict[str, float]]:
     """Operations per element: "flowing" and "elastic state", each by kernel. Starts a
     process without compiled kernels. Errors: RuntimeError with its last words."""
-    command = [sys.executable, "-P", "-m", "rail_fem.studies.kernel_flops"]
+    command = [sys.executable, "-m", "tests.fe.kernel_flops"]
     answer = subprocess.run(
         command, capture_output=True, text=True, timeout=LONGEST, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}
     )

@@ -2,7 +2,7 @@
 size.
 
     rail-fem study error-bars --out bars          1.5 mm with its twin of 3 mm, held against 0.75 mm, over the nose
-    python -m rail_fem.studies.held_out_bars --sizes 4,2,1 --out bars
+    rail-fem study error-bars --sizes 4,2,1 --out bars
 
 The light models' bars beside a finer explicit answer (rail_fem.run.form) are judged by the same finer runs.
 
@@ -155,7 +155,7 @@ def held_on(words: str, sizes: Sequence[float], out: Path) -> dict[str, list[Hel
 
 
 def main(
-    out: Path = typer.Option(Path("held_out_bars"), help="folder of the runs and of table.md"),
+    out: Path = typer.Option(Path("error_bars"), help="folder of the runs and of table.md"),
     sizes: str = typer.Option("3,1.5,0.75", help="element sizes of twin, run and finer run [mm]"),
     scene: list[str] = typer.Option([], help=f"only this one of: {'; '.join(SCENES)}; may be given several times"),
     quick: bool = typer.Option(False, help="the first scene alone, 4, 3, 2 mm"),
@@ -174,7 +174,3 @@ def main(
         text = "\n".join(f"{model}\n\n{table(own)}" for model, own in by_model.items())
         write_text_atomically(out / "table.md", text)
         typer.echo(text)
-
-
-if __name__ == "__main__":
-    typer.run(main)
