@@ -2,7 +2,7 @@
 
 What is carried are the nodes' positions relative to the base and all that the elements hold. It is taken under the
 wheel at the end of a pass and laid in before the static start of the next (rail_fem.fe.static_start), whose dynamic
-relaxation lets the steel unload there. Overshooting, it strains no further than it was strained under the wheel.
+relaxation lets the steel unload there and loads it from below: it strains no further than it was strained.
 """
 
 from __future__ import annotations
