@@ -60,20 +60,22 @@ def crossing_spec(
         the wing and from the tip on the nose.
     """
     bodies = {}
-    for name, gap, point, anchor in (
-        ("wing", path.wing_gap, path.wing_point, 0.0),
-        ("nose", path.nose_gap, path.nose_point, crossing.nose_x),
+    for name, gap, point, anchor, begin in (
+        ("wing", path.wing_gap, path.wing_point, 0.0, -np.inf),
+        ("nose", path.nose_gap, path.nose_point, crossing.nose_x, crossing.nose_x),
     ):
         near = gap < NEAR
         close, design = path.x[near & (path.x >= low) & (path.x <= high)], path.x[near]
         if not len(close):
             continue
-        fine = (close[0] - PATCH_REACH, close[-1] + PATCH_REACH)
+        fine = (max(close[0] - PATCH_REACH, begin), close[-1] + PATCH_REACH)
         known = np.isfinite(point[:, 1]) & (gap < 4 * NEAR)
         x, y = point[known][np.argsort(point[known, 0]), :2].T
         band = HeadBand(crossing, name, x, y, HALF_BAND, EDGE)
-        around = (design[0] - PATCH_REACH, design[-1] + PATCH_REACH)
-        bodies[name] = BodyMeshSpec((fine[0] - ENDS, fine[1] + ENDS), fine, band, anchor=anchor, design_x=around)
+        around = (max(design[0] - PATCH_REACH, begin), design[-1] + PATCH_REACH)
+        bodies[name] = BodyMeshSpec(
+            (max(fine[0] - ENDS, begin), fine[1] + ENDS), fine, band, anchor=anchor, design_x=around
+        )
     return CrossingMeshSpec(
         settings.element_size, bodies.get("wing"), bodies.get("nose"), -settings.rail_depth, length=settings.along
     )

@@ -53,6 +53,23 @@ def test_noses_of_the_proven_design_are_meshed_at_any_size(name, trial, size):
     assert mesh_quality(mesh_crossing(crossing, spec)).worst_scaled_jacobian > 0.2
 
 
+def test_a_nose_that_carries_from_its_begin_is_meshed_from_there():
+    """Under a wing 4.1 mm lower a new P8 is near the nose just behind its begin, and fine slabs reach 26 mm ahead."""
+    keys = {
+        "scene.wheel.profile": "P8",
+        "scene.gauge": "1435.89 mm",
+        "scene.crossing.wing_raise": "-4.128 mm",
+        "scene.crossing.cast_slope": "25.391 mrad",
+        "scene.crossing.topping_slope": "16.785 mrad",
+        "scene.crossing.topping_depth": "6.861 mm",
+    }
+    case = load_case(ROOT / "cases" / "whole_crossing.toml", keys)
+    settings = case.settings(FeSettings)
+    crossing, path = case.scene.crossing.surface, running_of(case.scene, settings).path
+    nose = crossing_spec(crossing, path, settings.start, settings.end, settings).nose
+    assert nose.x_range[0] >= crossing.nose_x and nose.fine_x[0] >= crossing.nose_x
+
+
 def projected(points, quads, node, start):
     """Pair of a node over the facets, from the middle of facet `start`."""
     quads = np.array(quads)
