@@ -6,16 +6,18 @@ a user names.
     package:callable   what makes a concurrent.futures.Executor of max_workers, such as executorlib:SingleNodeExecutor
 """
 
-import contextlib
+import functools
+import math
 import multiprocessing
 import os
 import pkgutil
 import signal
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
 from multiprocessing import forkserver
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from rail_fem.launcher import work_alone
 
@@ -23,7 +25,6 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 PROCESSES: Final = "processes"
 MPI: Final = "mpi"
-TRIES = 3  # of a task alone whose process is ended from outside, and of all together without one more result
 # of a worker: nothing is imported from the current folder, and as many threads as workers
 WORKER = {"PYTHONSAFEPATH": "1"} | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
 
@@ -33,7 +34,19 @@ class PoolError(ValueError):
 
 
 class Lost(Exception):
-    """In place of a task's result: its process was ended from outside in each of TRIES tries."""
+    """In place of a task's result: its process was ended from outside in each of its tries, or it took too long."""
+
+
+@dataclass(frozen=True)
+class Workers:
+    """count : of tasks at a time, by 1 of PROCESSES in this process;  pool : where;  tries : of a task alone whose
+    process is ended from outside, and of all together without one more result;  limit : of a task, where it runs in
+    the main thread of its process [s]"""
+
+    count: int = 1
+    pool: str = PROCESSES
+    tries: int = 3
+    limit: float = math.inf
 
 
 def executor(workers: int, pool: str = PROCESSES, home: str = "") -> Executor:
@@ -53,46 +66,107 @@ def executor(workers: int, pool: str = PROCESSES, home: str = "") -> Executor:
     return made
 
 
-def each(
-    work: Callable[[Task], Result], tasks: Sequence[Task], workers: int = 1, pool: str = PROCESSES
-) -> Iterator[tuple[int, Result | Lost]]:
-    """Number and result of each task, as it ends; one worker of PROCESSES is this process.
+class Pool:
+    """Workers that stay from call to call and are made anew where one dies, which costs no task but its own one try:
+    the others are given again, after Workers.tries in vain each alone, which tells the guilty one.
+    home : module of the tasks, imported once for all processes. Errors: PoolError, and what a task raises."""
 
-    A process that dies costs no task but its own one try: the others of its pool are given again, after TRIES in vain
-    each alone, which tells the guilty one. Errors: PoolError, and what `work` raises.
-    """
-    if workers == 1 and pool == PROCESSES:
-        yield from enumerate(map(work, tasks))
-        return
-    left, in_vain = list(range(len(tasks))), 0
-    while left:
-        alone = in_vain >= TRIES
-        before, now = len(left), left[:1] if alone else left
-        for number, result in _once(work, tasks, now, 1 if alone else workers, pool):
-            left = [other for other in left if other != number]
-            yield number, result
-        in_vain = in_vain + 1 if len(left) == before else TRIES if alone else 0
-        if in_vain == 2 * TRIES:
-            yield left.pop(0), Lost(f"its process was ended from outside {TRIES} times (out of memory?)")
-            in_vain = 0
+    def __init__(self, workers: Workers, home: str = ""):
+        self.workers, self.home = workers, home
+        self._running: tuple[int, Executor] | None = None
 
+    def __enter__(self) -> "Pool":
+        return self
 
-def _once(
-    work: Callable[[Task], Result], tasks: Sequence[Task], numbers: Sequence[int], workers: int, pool: str
-) -> Iterator[tuple[int, Result]]:
-    """Of these tasks, what a pool gives until it breaks."""
-    with executor(workers, pool, getattr(work, "func", work).__module__) as running:
+    def __exit__(self, *_: object) -> None:
+        if self._running is not None:
+            self._running[1].shutdown(cancel_futures=True)
+        self._running = None
+
+    def map(self, work: Callable, *of: Iterable) -> list:
+        """Results for the first of each of `of`, the second of each, ... in this order. Errors: Lost."""
+        tasks, found = list(zip(*of, strict=True)), {}
+        for number, result in self.each(functools.partial(_spread, work), tasks):
+            if isinstance(result, Lost):
+                raise result
+            found[number] = result
+        return [found[number] for number in range(len(tasks))]
+
+    def each(self, work: Callable[[Task], Result], tasks: Sequence[Task]) -> Iterator[tuple[int, Result | Lost]]:
+        """Number and result of each task, as it ends."""
+        asked = self.workers
+        if asked.count == 1 and asked.pool == PROCESSES:
+            yield from ((number, _in_time(work, asked.limit, task)) for number, task in enumerate(tasks))
+            return
+        left, in_vain = list(range(len(tasks))), 0
+        while left:
+            alone = in_vain >= asked.tries
+            before, now = len(left), left[:1] if alone else left
+            for number, result in self._once(work, tasks, now, 1 if alone else asked.count):
+                left = [other for other in left if other != number]
+                yield number, result
+            in_vain = in_vain + 1 if len(left) == before else asked.tries if alone else 0
+            if in_vain == 2 * asked.tries:
+                yield left.pop(0), Lost(f"its process was ended from outside {asked.tries} times (out of memory?)")
+                in_vain = 0
+
+    def _once(
+        self, work: Callable[[Task], Result], tasks: Sequence[Task], numbers: Sequence[int], count: int
+    ) -> Iterator[tuple[int, Result | Lost]]:
+        """Of these tasks, what `count` workers give until one dies."""
+        if self._running is None or self._running[0] != count:
+            self.__exit__()
+            self._running = count, executor(count, self.workers.pool, self.home)
         futures: dict[Future, int] = {}
-        with contextlib.suppress(BrokenExecutor):
-            futures |= {running.submit(_alone, work, tasks[number]): number for number in numbers}
+        try:
+            for number in numbers:
+                futures[self._running[1].submit(_alone, work, self.workers.limit, tasks[number])] = number
+        except BrokenExecutor:
+            self.__exit__()
         for future in as_completed(futures):
-            with contextlib.suppress(BrokenExecutor):
+            try:
                 yield futures[future], future.result()
+            except BrokenExecutor:
+                self.__exit__()
 
 
-def _alone(work: Callable[[Task], Result], task: Task) -> Result:
+def each(
+    work: Callable[[Task], Result], tasks: Sequence[Task], workers: Workers
+) -> Iterator[tuple[int, Result | Lost]]:
+    """As Pool.each, by workers that end with the tasks."""
+    with Pool(workers, getattr(work, "func", work).__module__) as pool:
+        yield from pool.each(work, tasks)
+
+
+def _spread(work: Callable, task: tuple) -> Any:
+    return work(*task)
+
+
+def _alone(work: Callable[[Task], Result], limit: float, task: Task) -> Result | Lost:
     work_alone()
-    return work(task)
+    return _in_time(work, limit, task)
+
+
+def _in_time(work: Callable[[Task], Result], limit: float, task: Task) -> Result | Lost:
+    """A result, or Lost where it takes longer than `limit` [s]; in a thread there is no clock to stop it."""
+    if limit == math.inf or threading.current_thread() is not threading.main_thread():
+        return work(task)
+
+    def end(*_: object) -> None:
+        raise TimeoutError(words)
+
+    words = f"took longer than {limit:g} s"
+    before = signal.signal(signal.SIGALRM, end)
+    signal.setitimer(signal.ITIMER_REAL, limit)
+    try:
+        return work(task)
+    except TimeoutError as error:
+        if str(error) != words:
+            raise
+        return Lost(words)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def _begin() -> None:

@@ -8,12 +8,13 @@ from pathlib import Path
 from rail_fem.light.kept_meshes import are_kept
 from rail_fem.light.mass_scaling import CUBE, GAIN, SHARE, quasi_static_factor, quasi_static_step
 from rail_fem.light.rigid import meshed_stretch
-from rail_fem.scene.scene import Scene
+from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.explicit import TWIN_COST, FeSettings
 
 # At the peak: 0.469 GB with 15,972 cells, 0.694 with 132,952; Gmsh's own process is not in it.
 BYTES_PER_CELL = 1920.0
+BYTES_LIGHT = 220e6  # of a light model with its kernels; rigid_hertz 0.214 GB, bem_passage 0.217
 BYTES_PER_RANK = 440e6  # Python with dolfinx and numba loaded, before any mesh
 # Processor time of meshes, searches, the static start and figures, by 2 and 0.7 mm (13 and 71 s): as on the root alone;
 # and what of it a mesh that is kept does not take, by 1.4 and 0.7 mm (4.1 and 9.3 s) [s]
@@ -69,6 +70,11 @@ def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate
     updates *= settings.passes * (1 + (TWIN_COST if settings.error_twin else 0.0))
     stepping = updates * steps / (UPDATES_PER_SECOND * ranks)
     return Estimate(cells, steps, step, memory, preparation + stepping, preparation)
+
+
+def memory_of(scene: Scene, settings: Frozen, ranks: int = 1) -> float:
+    """That a run of any model needs at its peak [B], at most a factor of two off."""
+    return estimate_run(scene, settings, ranks).memory if isinstance(settings, FeSettings) else BYTES_LIGHT
 
 
 def foretold(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from rail_fem.commands.ending import stop
-from rail_fem.commands.options import SetOption, loaded_case
+from rail_fem.commands.options import PoolOption, SetOption, loaded_case
 
 
 def damage(
@@ -16,16 +16,16 @@ def damage(
     settings: SetOption = None,
     restart: Annotated[bool, typer.Option("--restart", help="go on with the study in the folder")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="remove what is in the folder first")] = False,
-    workers: Annotated[
-        int, typer.Option(help="processes that share the kinds of pass over a crossing", min=1, max=1024)
-    ] = 1,
+    workers: Annotated[int, typer.Option(help="kinds of pass over a crossing at a time", min=1, max=1024)] = 1,
+    pool: PoolOption = "processes",
 ) -> None:
     """Wear, profile change, rolling contact fatigue and years to a limit under many passes: figures, numbers, one
     page. A study that was stopped goes on with --restart."""
     from rail_fem.damage.study import passes_of, run_study
+    from rail_fem.pool import Lost, Workers
 
     try:
         count = None if passes is None else passes_of(passes)
-        run_study(loaded_case(case, settings), count, out, restart, overwrite, typer.echo, workers)
-    except (ValueError, OSError) as error:
+        run_study(loaded_case(case, settings), count, out, restart, overwrite, typer.echo, Workers(workers, pool))
+    except (ValueError, OSError, Lost) as error:
         stop(f"{case}: {error}")

@@ -1,6 +1,5 @@
 """`rail-fem design`: search for a better crossing with a light model, and prove what is found by the explicit one."""
 
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -8,16 +7,18 @@ import typer
 
 from rail_fem import launcher
 from rail_fem.commands.ending import RUN_FAILED, say, stop, tell
-from rail_fem.commands.options import SetOption
+from rail_fem.commands.options import PoolOption, SetOption
 
 if TYPE_CHECKING:
     from rail_fem.design.problem import Problem
+    from rail_fem.pool import Workers
 
 
 def design(
     file: Annotated[Path, typer.Argument(metavar="DESIGN", help="design file, e.g. cases/design/leg_and_nose.toml")],
     out: Annotated[Path, typer.Option("--out", help="folder of the trials, the report and its figure")],
-    workers: Annotated[int, typer.Option(help="processes that run trials", min=1, max=1024)] = 2,
+    workers: Annotated[int, typer.Option(help="trials, or runs that prove, at a time", min=1, max=1024)] = 2,
+    pool: PoolOption = "processes",
     begin: Annotated[
         Path | None,
         typer.Option(
@@ -70,12 +71,14 @@ def design(
     from rail_fem.design.rounds import search_and_prove
     from rail_fem.design.search import search, trials_of
     from rail_fem.design.search_report import write_report
+    from rail_fem.pool import Lost, PoolError, Workers
 
     if launcher.rank_count() > 1:
         stop("design starts mpirun itself, run by run: leave mpirun out and give --ranks")
     if not prove and (settings or finer or rounds > 1):
         given = "--set" if settings else "--finer" if finer else "--rounds"
         stop(f"{given} is for the runs that prove: give --prove, too")
+    by = Workers(workers, pool)
     try:
         problem, changes = read_design(file), read_settings(settings or ())
         if prove:
@@ -83,31 +86,28 @@ def design(
         if problem.facts:
             if finer or begin is not None:
                 stop("--finer and --begin are of a search: an inversion has neither")
-            _invert(problem, out, workers, rounds if prove else 0, changes, ranks, scenes)
+            _invert(problem, out, by, rounds if prove else 0, changes, ranks, scenes)
             return
         earlier = trials_of(problem, begin) if begin is not None else []
         if not prove:
-            found = search(problem, out, workers, say, None, earlier)
+            found = search(problem, out, by, say, None, earlier)
             say("\n" + write_report(problem, found, out))
             return
         runs = []
-        for proof in search_and_prove(
-            problem, out, prove, rounds, workers, changes, finer or (), ranks, say, tell, earlier
-        ):
+        for proof in search_and_prove(problem, out, prove, rounds, by, changes, finer or (), ranks, say, tell, earlier):
             runs = proof.runs
             say("\n" + write_report(problem, proof.found, out))
             say("\n" + write_proof(problem, runs, out))
-    except BrokenProcessPool:
-        text = "a process of the search was ended from outside (out of memory?): start again, it goes on where it was"
-        stop(text, RUN_FAILED)
-    except (DesignError, CaseError, VariationError, OSError) as error:
+    except Lost as error:
+        stop(f"a task of the search is lost: {error}: start again, it goes on where it was", RUN_FAILED)
+    except (PoolError, DesignError, CaseError, VariationError, OSError) as error:
         stop(error)
     if any(run.fault for run in runs):
         raise typer.Exit(RUN_FAILED)
 
 
 def _invert(
-    problem: "Problem", out: Path, workers: int, rounds: int, settings: dict[str, Any], ranks: int, scenes: int
+    problem: "Problem", out: Path, workers: "Workers", rounds: int, settings: dict[str, Any], ranks: int, scenes: int
 ) -> None:
     """Invert, `rounds` times prove the most likely scene and judge anew, and try scenes of known truth."""
     from rail_fem.design.inversion import covered, invert, judged
@@ -120,7 +120,7 @@ def _invert(
         if number:
             found = invert(problem, out, workers, say, found, runs)
         shape = ProvenShape(f"likely_{number}", f"most likely, round {number + 1}", found.likely)
-        runs += prove_design(problem, [shape], out, settings=settings, ranks=ranks, say=tell)
+        runs += prove_design(problem, [shape], out, settings=settings, ranks=ranks, say=tell, workers=workers)
         found = judged(problem, found.trials, found.late, found.start, runs)
     say("\n" + write_inversion(problem, found, out))
     if scenes:

@@ -26,6 +26,9 @@ SetOption = Annotated[
     list[str] | None,
     typer.Option("--set", help='KEY=VALUE in place of the case file\'s: "scene.speed=60 mph"; may be given often'),
 ]
+PoolOption = Annotated[
+    str, typer.Option("--pool", help="where tasks run: processes, mpi, or package:callable that makes an Executor")
+]
 JsonOption = Annotated[
     bool, typer.Option("--json", callback=choose_json, help="the answer as one JSON object, all else on standard error")
 ]

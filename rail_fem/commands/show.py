@@ -1,6 +1,7 @@
 """`rail-fem show`: what a run or a sweep found, its figures, and a quantity against what varies."""
 
 import json
+import time
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -9,6 +10,8 @@ import typer
 
 from rail_fem.commands.ending import MANNER, emit, say, stop, tell
 from rail_fem.commands.options import JsonOption, not_a_runs
+
+LOOK = 2.0  # between two looks at a sweep [s]
 
 
 class Figures(StrEnum):
@@ -35,6 +38,7 @@ def show(
             callback=not_a_runs, help="of a sweep: PNG for the figure; default: DIR/figures/QUANTITY_against_KEY.png"
         ),
     ] = None,
+    follow: Annotated[bool, typer.Option("--follow", help="of a sweep: its table as it fills, to the end")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Say what a run or a sweep found, or how far it is; draw figures that are missing, or a quantity against what
@@ -42,7 +46,9 @@ def show(
     from rail_fem.show.report import folder_report
 
     try:
-        if quantity or against:
+        if follow:
+            follow_sweep(folder)
+        elif quantity or against:
             show_against(folder, quantity, against, model or [], out)
         elif (folder / "damage.json").is_file():
             say((folder / "report.md").read_text(encoding="utf-8"))
@@ -88,6 +94,27 @@ def is_sweep(folder: Path) -> bool:
     """Whether results lie two folders below: DIR/CASE/MODEL."""
     own = any((folder / name).is_file() for name in ("result.json", "status.json"))
     return not own and not any(folder.glob("*/result.json")) and any(folder.glob("*/*/result.json"))
+
+
+def follow_sweep(folder: Path) -> None:
+    """Its table, anew every LOOK seconds until every task has ended; into a file the last one alone. Errors: ValueError
+    where no sweep has begun."""
+    from rich.console import Console
+    from rich.live import Live
+    from rich.text import Text
+
+    from rail_fem.sweeps.array import read_tasks, table_so_far
+
+    if not read_tasks(folder):
+        raise ValueError(f"{folder}: holds no list of tasks: no sweep was begun there")
+    known: dict[str, str] = {}
+    with Live(console=Console(), auto_refresh=False) as live:
+        while True:
+            lines, left = table_so_far(folder, known)
+            live.update(Text("\n".join(lines), no_wrap=True), refresh=True)
+            if not left:
+                return
+            time.sleep(LOOK)
 
 
 def tell_sweep(folder: Path) -> None:

@@ -2,6 +2,8 @@
 runs or of a sweep, `rail-fem report`."""
 
 import functools
+import math
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -10,10 +12,18 @@ import typer
 from rail_fem import launcher
 from rail_fem.atomic import write_text_atomically
 from rail_fem.commands.ending import MANNER, RUN_FAILED, aside, emit, say, stop, tell
-from rail_fem.commands.options import JsonOption, SetOption, by_model, not_a_runs
+from rail_fem.commands.options import JsonOption, PoolOption, SetOption, by_model, not_a_runs
+
+
+class Queue(StrEnum):
+    """For which a job array can be written."""
+
+    slurm = "slurm"
+    pbs = "pbs"
 
 
 def sweep(
+    context: typer.Context,
     cases: Annotated[
         list[Path], typer.Argument(metavar="CASE...", help="case files, or one list of changes: cases/rows/leg.toml")
     ],
@@ -43,9 +53,14 @@ def sweep(
     ] = None,
     ranks: Annotated[int, typer.Option(help="for parallel models", min=1)] = 2,
     workers: Annotated[int, typer.Option(help="runs at a time", min=1, max=1024)] = 1,
-    pool: Annotated[
-        str, typer.Option(help="where they run: processes, mpi, or package:callable that makes an Executor")
-    ] = "processes",
+    pool: PoolOption = "processes",
+    time_limit: Annotated[
+        str | None, typer.Option(help='of a run: "2 h"; it fails, and goes on when asked again')
+    ] = None,
+    tries: Annotated[int, typer.Option(help="of a run whose process is ended from outside", min=1, max=100)] = 3,
+    array: Annotated[
+        Queue | None, typer.Option(help="run nothing: write OUT/array.sh, a job array with a task a case")
+    ] = None,
     only: Annotated[
         int | None, typer.Option(help="only the case of this number, from 1: for job arrays", min=1)
     ] = None,
@@ -59,13 +74,19 @@ def sweep(
     """
     from rail_fem.case.variations import VariationError, read_settings, read_variation
     from rail_fem.hierarchy import MODELS
-    from rail_fem.pool import MPI, PoolError
+    from rail_fem.pool import MPI, PoolError, Workers
+    from rail_fem.scene.units import parse
+    from rail_fem.sweeps.array import write_array, write_tasks
     from rail_fem.sweeps.rows import cases_of, is_rows, read_rows, to_prove, write_rows
     from rail_fem.sweeps.sweep import FAILED, jobs_of, read_cases, run_sweep
     from rail_fem.sweeps.sweep_report import failures, sweep_report
     from rail_fem.sweeps.trends import load_source
 
     one = only is not None
+    try:
+        limit = math.inf if time_limit is None else parse(time_limit, "s")[0]
+    except ValueError as error:
+        stop(f"--time-limit {time_limit}: {error}")
     unknown = sorted(set(model or ()) - set(MODELS))
     if unknown:
         stop(f"--model {', '.join(unknown)}: no such model; choose among {', '.join(MODELS)}")
@@ -89,8 +110,8 @@ def sweep(
         stop(error)
     for fault in faults:
         typer.echo(f"left out: {fault}", err=True)
-    if faults and (vary or settings or groups):
-        stop("nothing was run: --vary, --set and --groups must give cases without an input error")
+    if faults and (vary or settings or groups or array):
+        stop("nothing was run: --vary, --set, --groups and --array must give cases without an input error")
     if not found:
         stop("nothing was run: no case file without an input error")
     found = found if only is None else chosen(found, only)
@@ -101,12 +122,18 @@ def sweep(
     if not jobs:
         stop(f"nothing was run: no case has a table [run.MODEL]: name models with --model, of {', '.join(MODELS)}")
     make_folder(out)
+    if not one:
+        write_tasks(jobs, out)
+    if array is not None:
+        say(str(write_array(jobs, out, array, ranks, limit, own_words(context))))
+        return
+    by = Workers(workers, pool, tries, limit)
     with aside():
         try:
-            outcomes = run_sweep(jobs, ranks, tell, workers, pool)
-            better, proofs = ("", []) if rows is None else to_prove(rows, found, outcomes)
+            outcomes = run_sweep(jobs, ranks, tell, by)
+            better, proofs = ("", []) if rows is None or one else to_prove(rows, found, outcomes)
             proofs = [by_each(case, better) for case in proofs]
-            outcomes += run_sweep(jobs_of(proofs, out, [better]), ranks, tell, workers, pool) if proofs else []
+            outcomes += run_sweep(jobs_of(proofs, out, [better]), ranks, tell, by) if proofs else []
         except PoolError as error:
             stop(error)
     told = report = sweep_report(outcomes, faults)
@@ -122,6 +149,19 @@ def sweep(
         emit(sweep_facts(out, outcomes, faults))
     if faults or any(outcome.state == FAILED for outcome in outcomes):
         raise typer.Exit(RUN_FAILED)
+
+
+def own_words(context: typer.Context) -> list[str]:
+    """Arguments of this call, but for those of a job array."""
+    words: list[str] = []
+    for option in context.command.params:
+        given = context.params.get(option.name or "")
+        if option.name in ("array", "only", "workers", "pool") or given == option.default or given in (None, False, []):
+            continue
+        many = given if isinstance(given, (list, tuple)) else [given]
+        flag = [] if option.param_type_name == "argument" else [option.opts[0]]
+        words += [word for one in many for word in (*flag, str(one))]
+    return words
 
 
 def make_folder(out: Path) -> None:

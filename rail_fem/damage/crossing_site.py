@@ -9,7 +9,6 @@ vertically; its lateral position is the kind's own.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -34,6 +33,7 @@ from rail_fem.light.contact_table import ContactTable, fresh_table, table_key
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.vertical_pass import LightPass, run_pass
 from rail_fem.output.events import transfer_position
+from rail_fem.pool import Pool, Workers
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.scene.units import show
 from rail_fem.settings.damage import Deposit
@@ -120,7 +120,7 @@ class CrossingSite:
     factor: float = 1.0
     hardness: float = 5e9
     shear_yield: float = 300e6
-    pool: Executor | None = field(default=None, repr=False)
+    pool: Pool | None = field(default=None, repr=False)
     flow: np.ndarray | None = field(default=None, repr=False)
     flow_law: FlowLaw | None = None
     deposit: Deposit = "position"
@@ -167,7 +167,7 @@ class CrossingSite:
         """Mean wear of one pass over the worn crossing. Errors: CrossingError where a wheel derails."""
         crossing = self.crossing(shape)
         jobs = [(self, one, crossing, shape) for one in self.passes]
-        found = list(self.pool.map(_job, jobs) if self.pool else map(_job, jobs))
+        found = (self.pool or Pool(Workers())).map(_job, jobs)
         shares, metal = [one.weight for one in self.passes], self.metal()
         depth, beyond = {}, {}
         for law in self.laws:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from rail_fem.damage.traffic import Event, equivalent_tonnage, maintenance
 from rail_fem.damage.wear import Archard, WearLaw, dry_laws
 from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.output.result import PassResult
+from rail_fem.pool import Pool
 from rail_fem.scene.base import InputError
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings, Traffic
@@ -156,10 +156,7 @@ def patch_options(scene: Scene, settings: DamageSettings) -> PatchOptions:
 
 
 def crossing_site(
-    scene: Scene,
-    settings: DamageSettings,
-    run: RigidHertzSettings | Mapping | None = None,
-    pool: Executor | None = None,
+    scene: Scene, settings: DamageSettings, run: RigidHertzSettings | Mapping | None = None, pool: Pool | None = None
 ) -> CrossingSite:
     """The case's crossing with its wheels, each at every lateral position. Errors: InputError for
     numerics that are none, ValueError for a wheelset of several degrees of freedom."""

@@ -28,7 +28,7 @@ from rail_fem.damage.study_state import read_state, state_arrays, write_state
 from rail_fem.damage.summary import summary
 from rail_fem.output.progress import Progress
 from rail_fem.output.runfolder import digest, held, prepare_folder
-from rail_fem.pool import executor
+from rail_fem.pool import Pool, Workers
 from rail_fem.scene.scene import Wheel
 from rail_fem.settings.damage import MOST_PASSES, DamageSettings
 from rail_fem.settings.light import RigidHertzSettings
@@ -87,7 +87,7 @@ def run_study(
     restart: bool,
     overwrite: bool,
     say: Callable[[str], None],
-    workers: int = 1,
+    workers: Workers = Workers(),
 ) -> None:
     """Do the study of a case in `folder`. Errors: StudyError, RunFolderError, WearError, OSError."""
     if case.damage is None:
@@ -119,12 +119,11 @@ def _wear(case, settings, site, folder, goes_on, identity, progress, say) -> Evo
     return state
 
 
-def _study(case, settings, folder, goes_on, identity, progress, say, workers: int) -> None:
+def _study(case, settings, folder, goes_on, identity, progress, say, workers: Workers) -> None:
     run, flow, flow_before = case.runs.get("rigid_hertz"), flow_file(case, settings), None
     crossing = settings.site == "crossing"
     with ExitStack() as stack:
-        pooled = crossing and workers > 1
-        pool = stack.enter_context(executor(workers, home=__name__)) if pooled else None
+        pool = stack.enter_context(Pool(workers, __name__)) if crossing else None
         site: Any = crossing_site(case.scene, settings, run, pool) if crossing else switch_section(case.scene, settings)
         if flow is not None:
             flowed, (low, high) = read_flow(flow, case.scene, site.grid)

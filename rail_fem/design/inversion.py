@@ -2,7 +2,6 @@
 of the unknowns; once the likely scene is proven, the same with the light model's numbers as the proofs correct them."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,8 +13,8 @@ from rail_fem.design.observations import FactGroup
 from rail_fem.design.posterior import LEAST_TRIALS, SAMPLES, Known, form_of, interval, known_by_trials, sample
 from rail_fem.design.problem import DesignError, Problem
 from rail_fem.design.proof import ProofRun
-from rail_fem.design.search import SearchRecord, Trial, numbers_of, rounded
-from rail_fem.pool import executor
+from rail_fem.design.search import SearchRecord, Trial, rounded, trials_by
+from rail_fem.pool import Pool, Workers
 
 FOLDS = 8  # of the trials that are spread over the bounds, each found again by the others
 FORMS = np.linspace(0, 1, 25)  # between their bounds, at which a trial is judged
@@ -45,7 +44,7 @@ class Inversion:
 def invert(
     problem: Problem,
     out: Path,
-    workers: int = 2,
+    workers: Workers = Workers(2),
     say: Callable[[str], None] = print,
     earlier: Inversion | None = None,
     proofs: Sequence[ProofRun] = (),
@@ -53,8 +52,8 @@ def invert(
     """Make the trials, or go on with them, and judge them; more than `earlier` has, by the light model as `proofs`
     correct it. Errors: DesignError where too few trials can be run, or `out` holds another search."""
     record, design = SearchRecord(problem, Path(out)), problem.design
-    with executor(workers, home=__name__) as pool:
-        start = record.start(lambda points: list(pool.map(numbers_of, [problem] * len(points), points)))
+    with Pool(workers, __name__) as pool:
+        start = record.start(lambda points: trials_by(pool, problem, points))
         trials, late = (earlier.trials, earlier.late) if earlier else (_made(record, pool, _spread(problem)), 0)
         for number in range(design.rounds):
             known = _known(problem, trials, late, proofs)
@@ -132,7 +131,7 @@ def likelihood(problem: Problem, trial: Trial, known: Sequence[Known]) -> float:
     return float(np.nan_to_num(total, nan=-np.inf).max())
 
 
-def covered(problem: Problem, out: Path, scenes: int, workers: int = 2) -> np.ndarray:
+def covered(problem: Problem, out: Path, scenes: int, workers: Workers = Workers(2)) -> np.ndarray:
     """(scenes, k, 2)  whether each unknown of a known scene lies in its 95 % interval, and the interval's width over
     that of the bounds.
 
@@ -140,7 +139,7 @@ def covered(problem: Problem, out: Path, scenes: int, workers: int = 2) -> np.nd
     found again by the emulators of trials of other folds, from facts with all errors that the likelihood counts.
     """
     record = SearchRecord(problem, Path(out))
-    with executor(workers, home=__name__) as pool:
+    with Pool(workers, __name__) as pool:
         trials = _run(_made(record, pool, _spread(problem)))
         numbers = np.arange(min(scenes, len(trials)))
         folds = [numbers[fold::FOLDS] for fold in range(min(FOLDS, len(numbers)))]
@@ -190,10 +189,10 @@ def _run(trials: Sequence[Trial]) -> list[Trial]:
     return [trial for trial in trials if not trial.fault]
 
 
-def _made(record: SearchRecord, pool: Executor, values: np.ndarray) -> list[Trial]:
+def _made(record: SearchRecord, pool: Pool, values: np.ndarray) -> list[Trial]:
     """The trials of these values (n, k), each kept as soon as it is made."""
     points = [rounded(value) for value in values]
     missing = [point for point in points if point not in record]
-    for point, (numbers, fault) in zip(missing, pool.map(numbers_of, [record.problem] * len(missing), missing)):
+    for point, (numbers, fault) in zip(missing, trials_by(pool, record.problem, missing)):
         record.add(Trial(point, numbers, np.nan, fault))
     return [record[point] for point in points]

@@ -8,6 +8,7 @@ import contextlib
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,9 @@ from rail_fem.design.search import Found, Trial
 from rail_fem.output.progress import duration, read_status
 from rail_fem.output.quantities import BODIES, REPORTED
 from rail_fem.output.result import PassResult, load
+from rail_fem.pool import Lost, Workers, each
 from rail_fem.settings.explicit import FeSettings
-from rail_fem.sweeps.sweep import FAILED, Job, Outcome, run_job
+from rail_fem.sweeps.sweep import Job, Outcome, run_job
 from rail_fem.sweeps.trends import MEASURES, Measure
 
 MODEL = "fe_full"
@@ -111,6 +113,7 @@ def prove_design(
     finer: Sequence[str] = (),
     ranks: int = 1,
     say: Callable[[str], None] = print,
+    workers: Workers = Workers(),
 ) -> list[ProofRun]:
     """Run what is to be proven, or go on with it.
 
@@ -124,13 +127,15 @@ def prove_design(
     tasks = [(shape, one, changes) for one in problem.design.proven for shape in chosen]
     first = problem.design.proven[0]
     tasks += [(shape, first, {TWIN: True, **changes, SIZE: size}) for size in finer for shape in chosen[:2]]
-    done = []
-    for number, (shape, one, keys) in enumerate(tasks, 1):
-        run, wall = _run(problem, shape, one, keys, Path(out) / "proof", ranks)
-        done.append(run)
+    done: dict[int, ProofRun] = {}
+    prove = partial(_run, problem, Path(out) / "proof", ranks)
+    for number, answer in each(prove, tasks, workers):
+        shape, one, _ = tasks[number]
+        run, wall = (ProofRun(shape, one, np.nan, None, str(answer)), 0.0) if isinstance(answer, Lost) else answer
+        done[number] = run
         ended = f"FAILED: {run.fault}" if run.fault else f"done in {duration(wall)}"
-        say(f"[{number}/{len(tasks)}] {shape.words}, {one.name}, {1e3 * run.size:g} mm: {ended}")
-    return done
+        say(f"[{len(done)}/{len(tasks)}] {shape.words}, {one.name}, {1e3 * run.size:g} mm: {ended}")
+    return [done[number] for number in range(len(tasks))]
 
 
 def check_proof(problem: Problem, settings: Mapping[str, Any], finer: Sequence[str], ranks: int = 1) -> dict[str, Any]:
@@ -154,9 +159,10 @@ def keys_of(problem: Problem, one: Pass, settings: Mapping[str, Any]) -> dict[st
 
 
 def _run(
-    problem: Problem, shape: ProvenShape, one: Pass, changes: Mapping[str, Any], out: Path, ranks: int
+    problem: Problem, out: Path, ranks: int, task: tuple[ProvenShape, Pass, Mapping[str, Any]]
 ) -> tuple[ProofRun, float]:
     """A run and its wall time [s]."""
+    shape, one, changes = task
     try:
         case = load_case(problem.case, problem.changes(shape.values) | keys_of(problem, one, changes)).by(MODEL)
     except CaseError as error:
@@ -164,7 +170,7 @@ def _run(
     size = case.settings(FeSettings).element_size
     folder = out / f"{1e3 * size:g}mm" / shape.name / re.sub(r"[^\w.+-]+", "_", one.name) / MODEL
     outcome = run_job(Job(case, MODEL, folder), ranks)
-    if outcome.state == FAILED:
+    if not outcome.has_result:
         return ProofRun(shape, one, size, None, _reason(outcome)), outcome.wall_time
     return ProofRun(shape, one, size, load(folder)), outcome.wall_time
 

@@ -10,6 +10,7 @@ from rail_fem.design.correction import learned, proven_scores
 from rail_fem.design.problem import Problem
 from rail_fem.design.proof import MODEL, ProofRun, prove_design
 from rail_fem.design.search import Correct, Found, Trial, search
+from rail_fem.pool import Workers
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ def search_and_prove(
     out: Path,
     count: int,
     rounds: int = 1,
-    workers: int = 2,
+    workers: Workers = Workers(2),
     settings: Mapping[str, Any] | None = None,
     finer: Sequence[str] = (),
     ranks: int = 1,
@@ -43,7 +44,8 @@ def search_and_prove(
     runs: list[ProofRun] = []
     for number in range(rounds):
         found = search(problem, out, workers, say, correct, trials)
-        own = prove_design(problem, found, out, count, settings, finer if number == rounds - 1 else (), ranks, tell)
+        last = finer if number == rounds - 1 else ()
+        own = prove_design(problem, found, out, count, settings, last, ranks, tell, workers)
         known = {run.shape.name for run in runs}
         runs = runs + [run for run in own if run.shape.name not in known]
         trials, correct = found.trials, partial(learned(problem, runs).of, problem)

@@ -9,6 +9,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from scipy.optimize import differential_evolution
 
 from rail_fem.atomic import write_text_atomically
 from rail_fem.design.problem import FAILED, DesignError, Problem
-from rail_fem.pool import executor
+from rail_fem.pool import Lost, Pool, Workers
 
 TRIALS = "trials.csv"
 PER_VARIABLE = 6  # trials of one generation for each variable, at least LEAST in all
@@ -57,7 +58,7 @@ class Found:
 def search(
     problem: Problem,
     out: Path,
-    workers: int = 2,
+    workers: Workers = Workers(2),
     say: Callable[[str], None] = print,
     correct: Correct | None = None,
     earlier: Sequence[Trial] = (),
@@ -69,8 +70,8 @@ def search(
     Errors: DesignError where the start cannot be run or lacks a quantity, or `out` holds another search.
     """
     record, design = SearchRecord(problem, Path(out)), problem.design
-    with executor(workers, home=__name__) as pool:
-        run = lambda points: list(pool.map(numbers_of, [problem] * len(points), points))
+    with Pool(workers, __name__) as pool:
+        run = lambda points: trials_by(pool, problem, points)
         judge = _Judge(problem, correct, record.start(run))
         seen = {tuple(trial.values): judge(trial) for trial in earlier}
         bounds = [variable.bounds for variable in design.vary]
@@ -140,6 +141,14 @@ def _scores(
 def rounded(point: np.ndarray) -> np.ndarray:
     """As it is written into a case and into trials.csv."""
     return np.array([float(f"{value:.{DIGITS}g}") for value in point])
+
+
+def trials_by(pool: Pool, problem: Problem, points: Sequence[np.ndarray | None]) -> list[tuple[np.ndarray, str]]:
+    """`numbers_of` each, by the workers; a trial whose process is ended again and again has none."""
+    none = np.full(len(problem.columns), np.nan)
+    found = dict(pool.each(partial(numbers_of, problem), points))
+    given = [found[number] for number in range(len(points))]
+    return [(none, str(one)) if isinstance(one, Lost) else one for one in given]
 
 
 def numbers_of(problem: Problem, values: np.ndarray | None) -> tuple[np.ndarray, str]:

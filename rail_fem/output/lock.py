@@ -1,12 +1,13 @@
 """Who runs in a folder: a file that names host and process, so that no second run writes there, and a dead one is known
 as dead.
 
-The file is taken under the system's own file lock, where the file system has one, so that of two runs started at once
-one is refused. It stays after a kill; the next run on this host sees that the process is gone. Of another host nobody
-here can know.
+The file appears with its text and by a hard link, which of two runs started at once one gets, also where machines share
+a file system whose file locks are each machine's own (NFS) or none. It stays after a kill; the next run on this host
+sees that the process is gone, and takes its place under the system's file lock. Of another host nobody here can know.
 """
 
 import contextlib
+import errno
 import fcntl
 import json
 import os
@@ -51,19 +52,35 @@ def _began(pid: int) -> str | None:
 def take(folder: Path) -> dict[str, Any] | None:
     """Make the folder this process's; returns its living owner instead if there is one. Errors: OSError."""
     path = Path(folder) / LOCK
-    for _ in range(TRIES):
-        with _opened(path, os.O_CREAT) as stream, _alone(stream):
-            holder = _read(stream)
-            if holder is not None and not is_dead(holder):
-                return holder
-            stream.seek(0)
-            stream.truncate()
-            stream.write(json.dumps(this_process()))
-            stream.flush()
-            if path.exists() and os.fstat(stream.fileno()).st_ino == path.stat().st_ino:
+    own = path.with_name(f".{LOCK}.{socket.gethostname()}.{os.getpid()}.partial")
+    try:
+        for _ in range(TRIES):
+            own.write_text(json.dumps(this_process()), encoding="utf-8")
+            with contextlib.suppress(FileExistsError, FileNotFoundError):  # whoever has the folder clears it
+                _place(own, path)
                 return None
-        time.sleep(PAUSE)  # its owner has removed it since it was opened
-    raise OSError(f"{path} is made and removed again and again by another process")
+            with contextlib.suppress(FileNotFoundError), _opened(path) as stream, _alone(stream):
+                holder = _read(stream)
+                if holder is not None and not is_dead(holder):
+                    return holder
+                if os.fstat(stream.fileno()).st_ino == path.stat().st_ino:
+                    os.replace(own, path)
+                    return None
+            time.sleep(PAUSE)  # its owner has removed it since it was opened
+        raise OSError(f"{path} is made and removed again and again by another process")
+    finally:
+        own.unlink(missing_ok=True)
+
+
+def _place(own: Path, path: Path) -> None:
+    """A file under a name that no other has. Errors: FileExistsError."""
+    try:
+        os.link(own, path)
+    except OSError as error:
+        if error.errno not in (errno.EPERM, errno.ENOTSUP, errno.EMLINK):  # of a file system without hard links
+            raise
+        os.close(os.open(path, os.O_CREAT | os.O_EXCL, 0o666))
+        os.replace(own, path)
 
 
 def owner(folder: Path) -> dict[str, Any] | None:
@@ -89,9 +106,9 @@ def release(folder: Path) -> None:
             path.unlink()
 
 
-def _opened(path: Path, more: int = 0) -> TextIO:
-    """The lock, to be read and written; not what a link of its name leads to, which writing would empty."""
-    number = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | more, 0o666)
+def _opened(path: Path) -> TextIO:
+    """The lock; not what a link of its name leads to."""
+    number = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
     return os.fdopen(number, "r+", encoding="utf-8")
 
 

@@ -10,16 +10,18 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TextIO
 
 from rail_fem.case.casefile import Case
+from rail_fem.case.estimate import available_memory, memory_of
 from rail_fem.case.variations import as_setting, vary_case
 from rail_fem.hierarchy import MODELS
 from rail_fem.launcher import mpi_command, rank_environment
@@ -27,13 +29,14 @@ from rail_fem.output import lock
 from rail_fem.output.progress import duration
 from rail_fem.output.result import load
 from rail_fem.output.runfolder import MARK, differences, digest, fingerprint, only_profile_differs, owned
-from rail_fem.pool import PROCESSES, Lost, each
+from rail_fem.pool import PROCESSES, Lost, Workers, each
 from rail_fem.run.job import JobError, run_case
 from rail_fem.settings.light import unfit_parts
 from rail_fem.stopping import end_with_parent
 from rail_fem.sweeps.trends import CaseChanges
 
 FINISHED, FAILED, SKIPPED, ELSEWHERE = "finished", "FAILED", "finished before", "left to another sweep"
+BY_A_SIGNAL = 128  # exit codes above it, and negative ones
 
 
 @dataclass(frozen=True)
@@ -104,31 +107,53 @@ def jobs_of(cases: Iterable[Case], out: Path, models: Iterable[str] = ()) -> lis
     ]
 
 
-def run_sweep(
-    jobs: list[Job], ranks: int, say: Callable[[str], None], workers: int = 1, pool: str = PROCESSES
-) -> list[Outcome]:
-    """Run all jobs; a line for each with the time that is left. ranks : for parallel models;  workers, pool : as
-    rail_fem.pool takes them. Errors: PoolError."""
+def run_sweep(jobs: list[Job], ranks: int, say: Callable[[str], None], workers: Workers = Workers()) -> list[Outcome]:
+    """Run all jobs, model by model, no more at a time than this machine holds; a line for each with the time that is
+    left. ranks : for parallel models. Errors: PoolError."""
     outcomes: dict[int, Outcome] = {}
     started = time.perf_counter()
-    for number, answer in each(functools.partial(run_job, ranks=ranks), jobs, workers, pool):
-        outcome = Outcome(jobs[number], FAILED, str(answer)) if isinstance(answer, Lost) else answer
-        outcomes[number] = outcome
-        model, spent = outcome.job.model, time.perf_counter() - started
-        same = [o.wall_time for o in outcomes.values() if o.job.model == model and o.state == FINISHED]
-        left = sum(1 for other, job in enumerate(jobs) if other not in outcomes and job.model == model)
-        later = left * sum(same) / len(same) / workers if left and same else 0.0
-        eta = f"  {model}: {left} left, about {duration(later)}" if later else ""
-        reason = f": {outcome.reason}" if outcome.reason else ""
-        say(
-            f"[{len(outcomes)}/{len(jobs)}] {duration(spent)}  {outcome.job.case.name} {model}: {outcome.state} in"
-            f" {outcome.wall_time:.1f} s{reason}{eta}"
-        )
+    for model in MODELS:
+        at = [number for number, job in enumerate(jobs) if job.model == model]
+        own, there = [jobs[number] for number in at], len(outcomes)
+        fewer, why = at_a_time(own, ranks, workers)
+        if why:
+            say(f"{model}: {why}")
+        for number, answer in each(functools.partial(run_job, ranks=ranks, tries=workers.tries), own, fewer):
+            outcome = Outcome(own[number], FAILED, str(answer)) if isinstance(answer, Lost) else answer
+            outcomes[at[number]] = outcome
+            same = [outcomes[k].wall_time for k in at if k in outcomes and outcomes[k].state == FINISHED]
+            left = len(own) - len(outcomes) + there
+            later = left * sum(same) / len(same) / fewer.count if left and same else 0.0
+            eta = f"  {model}: {left} left, about {duration(later)}" if later else ""
+            reason = f": {outcome.reason}" if outcome.reason else ""
+            say(
+                f"[{len(outcomes)}/{len(jobs)}] {duration(time.perf_counter() - started)}  {outcome.job.case.name}"
+                f" {model}: {outcome.state} in {outcome.wall_time:.1f} s{reason}{eta}"
+            )
     return [outcomes[number] for number in range(len(jobs))]
 
 
-def run_job(job: Job, ranks: int) -> Outcome:
-    """Run a job, or pass over it when its folder holds the finished result of this very case."""
+def at_a_time(jobs: list[Job], ranks: int, workers: Workers) -> tuple[Workers, str]:
+    """As many workers as this machine has memory and cores for, by what `check` foretells of the largest of these jobs
+    of one model, and why they are fewer than asked for. Of other machines nobody here knows."""
+    if workers.count == 1 or workers.pool != PROCESSES or not jobs:
+        return workers, ""
+    memory = max(memory_of(job.case.scene, job.case.runs[job.model], ranks) for job in jobs)
+    each_has = ranks if MODELS[jobs[0].model].parallel else 1
+    cores, free = len(os.sched_getaffinity(0)), available_memory()
+    fit = max(1, min(int(free / memory), cores // each_has))
+    if fit >= workers.count:
+        return workers, ""
+    why = (
+        f"{fit} at a time in place of {workers.count}: each needs {memory / 1e9:.2g} GB and {each_has} core(s),"
+        f" {free / 1e9:.3g} GB and {cores} core(s) are free"
+    )
+    return replace(workers, count=fit), why
+
+
+def run_job(job: Job, ranks: int, tries: int = 1) -> Outcome:
+    """Run a job, or pass over it when its folder holds the finished result of this very case. tries : of one whose
+    ranks are ended from outside."""
     started = time.perf_counter()
     try:
         if unfit := unfit_parts(job.case.scene, job.case.runs[job.model]):
@@ -139,7 +164,7 @@ def run_job(job: Job, ranks: int) -> Outcome:
         if other := lock.owner(job.folder):
             return Outcome(job, ELSEWHERE, owned(job.folder, other, "started again, this sweep tells its result"))
         if MODELS[job.model].parallel:
-            failure = _under_mpirun(job, ranks, anew)
+            failure = _under_mpirun(job, ranks, anew, tries)
         else:
             failure = run_case(job.case, job.model, job.folder, not anew, anew, lambda text: None, False)
     except (JobError, ValueError, ArithmeticError, OSError) as error:
@@ -185,7 +210,7 @@ def is_finished(job: Job) -> bool:
     return not (result.fault or more)
 
 
-def _under_mpirun(job: Job, ranks: int, anew: bool) -> str:
+def _under_mpirun(job: Job, ranks: int, anew: bool, tries: int) -> str:
     """Run as `rail-fem run` in processes of their own, words into run.log beside the folder; returns the failure.
 
     They read the case again, and refuse another content than this sweep has read.
@@ -203,26 +228,35 @@ def _under_mpirun(job: Job, ranks: int, anew: bool) -> str:
         job.model,
         "--out",
         str(job.folder),
-        "--overwrite" if anew else "--restart",
         "--digest",
         digest(_mark(job)),
         *(word for key, value in job.case.changes.items() for word in ("--set", as_setting(key, value))),
     ]
     job.folder.parent.mkdir(parents=True, exist_ok=True)
     log = job.folder.parent / f"{job.model}.log"
-    with log.open("a", encoding="utf-8") as stream:
-        code = run_bound([*mpi_command(ranks), *program], stream, rank_environment())
+    how, code = "--overwrite" if anew else "--restart", 0
+    for _ in range(tries):
+        with log.open("a", encoding="utf-8") as stream:
+            code = run_bound([*mpi_command(ranks), *program, how], stream, rank_environment())
+        if 0 <= code <= BY_A_SIGNAL:
+            break
+        how = "--restart"
     return f"exit code {code}, see {log}" if code else ""
 
 
 def run_bound(command: list[str], stream: TextIO, environment: Mapping[str, str]) -> int:
     """Exit code of a command that is told to end when this process dies: else it would go on writing where a second
     sweep does."""
-    return subprocess.run(
+    with subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,
         stdout=stream,
         stderr=subprocess.STDOUT,
         env=environment,
         preexec_fn=functools.partial(end_with_parent, signal.SIGTERM) if sys.platform == "linux" else None,
-    ).returncode
+    ) as process:
+        try:
+            return process.wait()
+        except BaseException:  # it took too long: mpirun ends its ranks when it is told, not when it is killed
+            process.terminate()
+            raise

@@ -19,7 +19,7 @@ from rail_fem.damage.traffic import WELD, Event
 from rail_fem.damage.worn_profile import WornOutError
 from rail_fem.damage.worn_surface import WornSurface
 from rail_fem.hierarchy import solve
-from rail_fem.pool import executor
+from rail_fem.pool import Pool, Workers
 from rail_fem.settings.damage import DamageSettings
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
@@ -119,7 +119,7 @@ def test_a_mix_is_the_mean_of_its_wheels_on_any_number_of_processes(rate):
     changes = {"damage.traffic": [{"wheel": "P8-worn", "share": 0.25}, {"wheel": "P8", "share": 0.75}]}
     alone = quick_site({"scene.wheel.profile": "P8"})
     other = alone.rate(alone.first())
-    with executor(2) as pool:
+    with Pool(Workers(2)) as pool:
         both = quick_site(changes, pool)
         mixed = both.rate(both.first())
     for law in both.laws:

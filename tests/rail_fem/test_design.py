@@ -11,8 +11,10 @@ from rail_fem.design import search as search_module
 from rail_fem.design.problem import DesignError, read_design
 from rail_fem.design.search import TRIALS, SearchRecord, rounded, search
 from rail_fem.design.shape import shape_difference, told
+from rail_fem.pool import Workers
 from tests.rail_fem.test_casefile import ROOT
 
+HERE = Workers(1)  # no process of its own
 DESIGN = """
 case = "{case}"
 seed = 3
@@ -58,29 +60,17 @@ class Bowl:
         return np.array([1.0 + (values[0] - 0.7) ** 2]), ""
 
 
-class Here:
-    """A pool of no processes."""
-
-    def __init__(self, workers, home):
-        pass
-
-    __enter__ = lambda self: self
-    __exit__ = lambda self, *_: None
-    map = staticmethod(lambda f, *lists: map(f, *lists))
-
-
 @pytest.fixture
 def bowl(tmp_path, monkeypatch):
     problem = read_design(design(tmp_path, trials=120))
     model = Bowl(problem)
     monkeypatch.setattr(search_module, "numbers_of", model)
-    monkeypatch.setattr(search_module, "executor", Here)
     return problem, model
 
 
 def test_the_search_finds_the_least_and_names_what_failed(bowl, tmp_path):
     problem, _ = bowl
-    found = search(problem, tmp_path / "out", say=lambda text: None)
+    found = search(problem, tmp_path / "out", HERE, lambda text: None)
     assert found.best.values[0] == pytest.approx(0.7, abs=0.02) and found.best.score == pytest.approx(0.5, abs=1e-3)
     assert found.start.score == 1.0
     failed = [trial for trial in found.trials if trial.fault]
@@ -89,11 +79,11 @@ def test_the_search_finds_the_least_and_names_what_failed(bowl, tmp_path):
 
 def test_a_search_that_was_killed_goes_on_where_it_was(bowl, tmp_path):
     problem, model = bowl
-    whole = search(problem, tmp_path / "whole", say=lambda text: None)
+    whole = search(problem, tmp_path / "whole", HERE, lambda text: None)
     calls, lines = model.calls, (tmp_path / "whole" / TRIALS).read_text().splitlines(True)
     (tmp_path / "cut").mkdir()
     (tmp_path / "cut" / TRIALS).write_text("".join(lines[:40]) + lines[40][:5])  # killed while it wrote a row
-    again = search(problem, tmp_path / "cut", say=lambda text: None)
+    again = search(problem, tmp_path / "cut", HERE, lambda text: None)
     assert model.calls == 2 * calls - 38  # 2 lines of heading; the start is one of the 38 rows that were done
     assert [tuple(t.values) for t in again.trials] == [tuple(t.values) for t in whole.trials]
     assert again.best.values == whole.best.values
@@ -104,14 +94,14 @@ def test_a_search_in_which_nothing_can_be_run_says_why(bowl, tmp_path, monkeypat
     problem, model = bowl
     monkeypatch.setattr(search_module, "numbers_of", lambda p, v: model(p, None if v is None else np.array([2.0])))
     with pytest.raises(DesignError, match="none of the .* trials could be run, the last: the wheel derails"):
-        search(problem, tmp_path / "out", say=lambda text: None)
+        search(problem, tmp_path / "out", HERE, lambda text: None)
 
 
 def test_what_the_model_does_not_know_is_no_objective(tmp_path):
     """Else every shape scores alike and a random one is called the best."""
     problem = read_design(design(tmp_path, quantity=("impact on the wheel", "nose strain")))
     with pytest.raises(DesignError, match="rigid_hertz does not find nose strain in 75 mph"):
-        search(problem, tmp_path / "out", workers=1, say=lambda text: None)
+        search(problem, tmp_path / "out", HERE, lambda text: None)
     assert not SearchRecord(problem, tmp_path / "out").trials
 
 
@@ -177,7 +167,7 @@ def test_keys_of_all_passes_stand_once_and_a_pass_s_own_go_before(tmp_path):
 def test_a_guess_is_among_the_first_trials(bowl, tmp_path):
     guess = '[guess]\n"scene.crossing.nose_lowering" = "0.7 mm"\n[[vary]]'
     problem = read_design(design(tmp_path, trials=12, vary=("[[vary]]", guess)))
-    found = search(problem, tmp_path / "guessed", say=lambda text: None)
+    found = search(problem, tmp_path / "guessed", HERE, lambda text: None)
     assert any(trial.values == 0.7 for trial in found.trials[:12])
     for old, new in (("0.7 mm", "3 mm"), ("nose_lowering", "wing_raise")):
         with pytest.raises(DesignError, match="guess"):

@@ -15,6 +15,7 @@ from rail_fem.design.problem import DesignError, read_design
 from rail_fem.design.proof import ProofRun, ProvenShape
 from rail_fem.design.search import Trial
 from rail_fem.output.result import Peak
+from rail_fem.pool import Workers
 from tests.rail_fem.test_casefile import ROOT
 from tests.rail_fem.test_error_bars import at_size
 
@@ -191,7 +192,7 @@ def test_the_likely_scene_is_that_of_the_corrected_numbers(problem):
 def test_known_scenes_are_found_again(problem, tmp_path):
     """Twelve scenes of two unknowns, found by the emulators of others. Of 24 unknowns of 95 % intervals at least 20 lie
     inside with a probability of 0.998."""
-    found = covered(read_design(problem), tmp_path / "out", 12, workers=1)
+    found = covered(read_design(problem), tmp_path / "out", 12, Workers(1))
     assert found.shape == (12, 2, 2) and found[..., 0].sum() >= 20
     assert found[..., 1].mean() < 0.9, "intervals that say nothing"
 

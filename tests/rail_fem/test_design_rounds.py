@@ -16,7 +16,7 @@ from rail_fem.design.proof_report import proof_report
 from rail_fem.design.rounds import search_and_prove
 from rail_fem.design.search import Trial, search, trials_of
 from rail_fem.output.result import Peak
-from tests.rail_fem.test_design import CHECK, Here, design
+from tests.rail_fem.test_design import CHECK, HERE, design
 from tests.rail_fem.test_error_bars import at_size
 
 SIZE = 2e-3
@@ -79,14 +79,13 @@ def rounds(tmp_path, monkeypatch):
     problem = read_design(design(tmp_path, trials=60))
     at = lambda values: 0.0 if values is None else float(values[0])
     monkeypatch.setattr(search_module, "numbers_of", lambda p, v: (np.array([light(at(v))]), ""))
-    monkeypatch.setattr(search_module, "executor", Here)
 
     def prove(problem, found, out, count, *rest):
         chosen = shapes(problem, found, count)
         return proofs(problem, *((one, true(at(one.values))) for one in chosen))
 
     monkeypatch.setattr(rounds_module, "prove_design", prove)
-    return problem, lambda n: list(search_and_prove(problem, tmp_path / "out", 1, n, say=lambda text: None))
+    return problem, lambda n: list(search_and_prove(problem, tmp_path / "out", 1, n, HERE, say=lambda text: None))
 
 
 def test_rounds_come_nearer_to_the_explicit_model_s_own_best(rounds):

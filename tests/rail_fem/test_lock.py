@@ -1,5 +1,6 @@
 """One folder, one run: the second is refused, a dead one's place is taken."""
 
+import errno
 import json
 import multiprocessing
 import os
@@ -136,3 +137,26 @@ def test_leftovers_of_killed_writers_are_removed_and_nothing_else(tmp_path):
             path.write_text("")
         assert prepare_folder(tmp_path, CASE, restart=True) is True
         assert all(path.exists() for path in kept) and not any(path.exists() for path in left)
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_of_two_machines_one_gets_it_where_file_locks_hold_nobody(tmp_path, monkeypatch, links):
+    """As on NFS, whose file locks may be each machine's own: another machine looks, too, finds nothing, and comes first
+    while this one says who it is; also where there are no hard links."""
+    this = lock.this_process()
+
+    def too_late():
+        (tmp_path / lock.LOCK).write_text(json.dumps({"host": "node17", "pid": 1, "began": "1"}))
+        return this
+
+    def no_link(*_):
+        raise OSError(errno.EPERM, "no hard links")
+
+    monkeypatch.setattr(lock.fcntl, "flock", lambda *_: None)
+    monkeypatch.setattr(lock.os, "link", os.link if links else no_link)
+    monkeypatch.setattr(lock, "this_process", too_late)
+    assert (lock.take(tmp_path) or {}).get("host") == "node17"
+    assert {path.name for path in tmp_path.iterdir()} == {lock.LOCK}
+    (tmp_path / lock.LOCK).unlink()
+    monkeypatch.setattr(lock, "this_process", lambda: this)
+    assert lock.take(tmp_path) is None and lock.is_ours(tmp_path)

@@ -1,22 +1,30 @@
 """Sweeps: a faulty case is told of and passed over, a second start goes on, another case's result is never mixed in."""
 
+import contextlib
 import functools
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.case.casefile import load_case
+from rail_fem.case.estimate import BYTES_LIGHT
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.output.result import PassResult, load
 from rail_fem.output.runfolder import held
+from rail_fem.pool import Workers, executor
+from rail_fem.sweeps.array import table_so_far
 from rail_fem.sweeps.compare import compare
+from rail_fem.sweeps.sweep import at_a_time, jobs_of
 from rail_fem.sweeps.sweep_page import trust_lines
 from rail_fem.sweeps.sweep_report import force_table
 
@@ -76,6 +84,85 @@ def test_what_another_sweep_is_running_is_left_to_it(cases, tmp_path):
     assert found.exit_code == 0 and f"good lumped: left to another sweep in 0.0 s: process {os.getpid()} on" in words
     assert "0 run(s) failed, 1 left to another sweep" in words and load(out / "good" / "p2_formula").peaks
     assert "good lumped: finished in" in sweep(cases[-1], "--out", out).output
+
+
+def test_a_job_array_has_a_task_for_each_case_and_its_tasks_do_the_sweep(cases, tmp_path):
+    """Each task run as a queue would; then the table says so, and the sweep itself has nothing left to do."""
+    out = tmp_path / "out"
+    words = [cases[2], "--vary", "scene.speed=40mph,50mph,60mph", "--set", "scene.friction=0.2", "--out", out]
+    for queue, length in (("slurm", "#SBATCH --array=1-3\n"), ("pbs", "#PBS -J 1-3\n")):
+        assert sweep(*words, "--array", queue, "--time-limit", "2 h").exit_code == 0
+        script = (out / "array.sh").read_text()
+        assert length in script and "05:00:00" in script  # two models a case
+        assert subprocess.run(["bash", "-n", out / "array.sh"]).returncode == 0
+    assert not list(out.glob("*/*/result.json"))
+    call = script[script.index("exec ") :].replace('"$PBS_ARRAY_INDEX"', "{}")
+    for number in (1, 2, 3):
+        own = shlex.split(call.format(number))[4:]
+        assert own[1] == "sweep" and sweep(*own[2:]).exit_code == 0
+        followed = table_so_far(out, {})
+        assert followed[0][0].startswith(f"6 tasks: {2 * number} finished") and followed[1] == 6 - 2 * number
+    shown = CliRunner().invoke(cli.app, ["show", str(out), "--follow"])
+    assert shown.exit_code == 0 and shown.output.count("largest force") >= 3
+    assert sweep(*words).output.count("finished before") == 6
+
+
+def test_no_more_runs_at_a_time_than_memory_and_cores_hold(cases, tmp_path, monkeypatch):
+    monkeypatch.setattr("rail_fem.sweeps.sweep.available_memory", lambda: 2.5 * BYTES_LIGHT)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: range(8))
+    jobs = jobs_of([load_case(cases[2])], tmp_path)
+    fewer, why = at_a_time(jobs[:1], 2, Workers(6))
+    assert fewer.count == 2 and "2 at a time in place of 6: each needs 0.22 GB and 1 core(s), 0.55 GB" in why
+    assert at_a_time(jobs[:1], 2, Workers(2)) == (Workers(2), "")
+    assert at_a_time(jobs[:1], 2, Workers(6, "dask:Pool")) == (Workers(6, "dask:Pool"), "")
+
+
+@pytest.fixture
+def running(monkeypatch):
+    """The executors of this program's pool that were made."""
+    made = []
+
+    def make(*given):
+        made.append(executor(*given))
+        return made[-1]
+
+    monkeypatch.setattr("rail_fem.pool.executor", make)
+    return made
+
+
+def kill_at_random(running, kills, rng, over):
+    """As many workers as asked for, one after the other, each after a time by chance."""
+    while over.done < kills and not over.wait(rng.exponential(0.6)):
+        workers = [pid for one in running[-1:] for pid in list(one._processes or ())]
+        if workers:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(int(rng.choice(workers)), signal.SIGKILL)
+                over.done += 1
+
+
+@pytest.mark.parametrize("kills", [3, pytest.param(50, marks=pytest.mark.validate)])
+def test_workers_that_are_killed_at_random_cost_no_result_a_bit(cases, tmp_path, running, kills):
+    """Sweeps again and again until so many workers have died, against a calm one: histories bit by bit."""
+    speeds = "scene.speed=" + ",".join(f"{speed}mph" for speed in range(40, 64))
+    words = [cases[2], "--vary", speeds, "--model", "lumped", "--out"]
+    assert sweep(*words, tmp_path / "calm").exit_code == 0
+    calm = {path.parent.parent.name: load(path.parent) for path in (tmp_path / "calm").glob("*/*/result.json")}
+    assert len(calm) == 24
+    rng, died, number = np.random.default_rng(kills), 0, 0
+    while died < kills:
+        over, number = threading.Event(), number + 1
+        over.done = 0
+        killer = threading.Thread(target=kill_at_random, args=(running, kills - died, rng, over))
+        killer.start()
+        found = sweep(*words, tmp_path / str(number), "--workers", 2)
+        over.set()
+        killer.join()
+        died += over.done
+        assert found.exit_code == 0, found.output
+        for name, expected in calm.items():
+            own = load(tmp_path / str(number) / name / "lumped")
+            assert own.peaks == expected.peaks
+            assert all(np.array_equal(own.history[key], expected.history[key], equal_nan=True) for key in own.history)
 
 
 def test_a_killed_job_is_done_again(cases, tmp_path):
