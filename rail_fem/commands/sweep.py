@@ -3,7 +3,6 @@ runs or of a sweep, `rail-fem report`."""
 
 import functools
 import math
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -13,13 +12,6 @@ from rail_fem import launcher
 from rail_fem.atomic import write_text_atomically
 from rail_fem.commands.ending import MANNER, RUN_FAILED, aside, emit, say, stop, tell
 from rail_fem.commands.options import JsonOption, PoolOption, SetOption, by_model, not_a_runs
-
-
-class Queue(StrEnum):
-    """For which a job array can be written."""
-
-    slurm = "slurm"
-    pbs = "pbs"
 
 
 def sweep(
@@ -59,7 +51,7 @@ def sweep(
     ] = None,
     tries: Annotated[int, typer.Option(help="of a run whose process is ended from outside", min=1, max=100)] = 3,
     array: Annotated[
-        Queue | None, typer.Option(help="run nothing: write OUT/array.sh, a job array with a task a case")
+        str | None, typer.Option(help="slurm or pbs: run nothing, write OUT/array.sh, a job array with a task a case")
     ] = None,
     only: Annotated[
         int | None, typer.Option(help="only the case of this number, from 1: for job arrays", min=1)
@@ -76,7 +68,7 @@ def sweep(
     from rail_fem.hierarchy import MODELS
     from rail_fem.pool import MPI, PoolError, Workers
     from rail_fem.scene.units import parse
-    from rail_fem.sweeps.array import write_array, write_tasks
+    from rail_fem.sweeps.array import QUEUES, write_array, write_tasks
     from rail_fem.sweeps.rows import cases_of, is_rows, read_rows, to_prove, write_rows
     from rail_fem.sweeps.sweep import FAILED, jobs_of, read_cases, run_sweep
     from rail_fem.sweeps.sweep_report import failures, sweep_report
@@ -90,6 +82,8 @@ def sweep(
     unknown = sorted(set(model or ()) - set(MODELS))
     if unknown:
         stop(f"--model {', '.join(unknown)}: no such model; choose among {', '.join(MODELS)}")
+    if array is not None and array not in QUEUES:
+        stop(f"--array {array}: choose among {', '.join(QUEUES)}")
     if pool == MPI:
         launcher.work_alone()
     if launcher.rank_count() > 1:

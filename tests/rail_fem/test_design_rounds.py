@@ -125,7 +125,7 @@ def test_a_search_begins_with_the_best_of_another_s_trials(rounds, tmp_path):
     run(1)
     known = trials_of(problem, tmp_path / "out")
     heavy = replace(problem, design=problem.design.model_copy(update={"worse": 9.0}))  # weights may be others
-    found = search(heavy, tmp_path / "again", say=lambda text: None, earlier=trials_of(heavy, tmp_path / "out"))
+    found = search(heavy, tmp_path / "again", HERE, lambda text: None, earlier=trials_of(heavy, tmp_path / "out"))
     assert [tuple(trial.values) for trial in found.trials[: len(known)]] == [tuple(trial.values) for trial in known]
     assert len(known) < len(found.trials) <= 1.6 * len(known)
     with pytest.raises(DesignError, match="has no trials.csv"):
