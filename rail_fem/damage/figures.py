@@ -1,168 +1,229 @@
-"""Figures of a damage study: profiles before and after, and of any site depths with the band over the laws, passes,
-shakedown map."""
+"""Figures of a damage study: sections before and after, depths with the band over the laws, passes, T gamma, shakedown
+map, and of a crossing the depth on its plan and what the wheels lose."""
 
 from __future__ import annotations
 
-from itertools import cycle
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from geometry.surfaces.bodies import BODIES
+from rail_fem.damage.crossing_site import CrossingRate, CrossingSite
 from rail_fem.damage.evolution import Evolution, Rate
 from rail_fem.damage.fatigue import WholeLifeRail, shakedown_limits
+from rail_fem.damage.patch_figure import patches_figure
+from rail_fem.damage.report import THOUSAND
 from rail_fem.damage.sites import fatigue_of, laws_of
 from rail_fem.damage.worn_profile import depth_between
 from rail_fem.settings.damage import DamageSettings
-from rail_fem.show.panels import band, curve, new_panels, ring, titled
-from rail_fem.show.style import BODY, GREY, NOSE, ORANGE, PURPLE, TOTAL, new_figure
+from rail_fem.show.panels import Panel, new_panels, panels_figure, titled
+from rail_fem.show.style import lettering, save, words_instead
 
 MM, UM = 1e3, 1e6
-SHOWN_SPOT = 1e-3  # of the deepest: what is less deep is magnified nowhere
-REGION_COLOURS = (("fatigue", "#FBE3D0"), ("mixed", "#F3F0C4"), ("wear", "#DDE9F4"))
+LEAST = 1e-5  # of the deepest: what is less deep is drawn nowhere
+DECADES = 4  # of a depth map
+APART = 40e-3  # of the stations of the sections figure at least [m]
+STATIONS = 4
+OUTLINE = 960  # points of a section
+DEEPEST_SHOWN = -20e-3  # of a section [m]
 
 
-def profiles_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
-    """The section before and after, and its worn positions magnified."""
-    figure = new_figure(8.5)
-    grid = figure.add_gridspec(2, 2, height_ratios=[1.1, 1.0])
-    whole = figure.add_subplot(grid[0, :])
+def study_figures(
+    folder: Path, title: str, settings: DamageSettings, site: Any, state: Evolution, before: Any, after: Any
+) -> list[Path]:
+    """Draw all figures of a site that has worn; returns the files."""
+    law = laws_of(settings)[settings.law].label
+    done = f"after {state.passes:,.0f} passes"
+    drawn: dict[str, tuple[list[Panel], str, int]] = {
+        "depth_band": (band_panels(settings, state), f"depth {done} by all laws on the leading law's shapes", 1),
+        "passes": (passes_panels(settings, state), f"wear by {law}, T\u03b3 and force as the shape changes", 1),
+        "shakedown": (
+            [shakedown_panel(before, after, state.first.parts)],
+            f"shakedown map, k = {settings.shear_yield / 1e6:.0f} MPa; elastic pressures",
+            1,
+        ),
+    }
+    if settings.site == "switch":
+        drawn["profiles"] = profile_panels(state), f"section before and {done}; law: {law}", 1
+    elif state.depth.max() > 0:
+        stations = stations_of(state)
+        words = f"sections before and {done} where wear is deepest; below: wear, magnified"
+        drawn["sections"] = section_panels(site, state, stations), words, len(stations)
+        hardness = f"{settings.wheel_hardness / 1e9:g} GPa"
+        words = f"wheels, around their circumference, in {THOUSAND:,} passes; law: {law}, hardness {hardness}"
+        drawn["wheel_wear"] = wheel_panels(settings, site, state), words, 1
+    with lettering():
+        made = {name: panels_figure(panels, f"{title}\n{words}", n) for name, (panels, words, n) in drawn.items()}
+        if settings.site == "switch":
+            made["patches"] = patches_figure(title, settings, state.first, before)
+        else:
+            made["depth_plan"] = plan_figure(f"{title}\ndepth {done}; law: {law}", site, state)
+            words = "T\u03b3 along the pass, a line for each kind of pass; damage of grade 220 rail on plain line"
+            made["tgamma"] = panels_figure(tgamma_panels(settings, state, before, after), f"{title}\n{words}", 1)
+            nothing = words_instead(f"{title}: no passes, nothing is worn off")
+            made = {"sections": nothing, "wheel_wear": nothing} | made
+        return [save(figure, Path(folder) / f"{name}.png") for name, figure in made.items()]
+
+
+def profile_panels(state: Evolution) -> list[Panel]:
+    """The section before and after, and what was worn off along its line."""
     old, new = state.first.points * MM, state.worn.points * MM
-    curve(whole, old[:, 0], old[:, 1], "before", GREY, 1.4)
-    curve(whole, new[:, 0], new[:, 1], "after", NOSE, 1.4, "--")
-    whole.set(aspect="equal", xlabel="y [mm], + towards the field side", ylabel="z [mm]")
-    whole.legend(loc="lower right")
-    spots = _worn_spots(state)
-    for k, (mark, at) in enumerate(zip("ab", spots, strict=False)):
-        axis = figure.add_subplot(grid[1, k])
-        _magnified(axis, state, at, mark)
-        whole.annotate(mark, old[at], (0, 12), textcoords="offset points", ha="center", weight="bold")
-        ring(whole, old[at, 0], old[at, 1], "o", TOTAL, size=6, width=1.0)
-    return titled(figure, f"{title}\nsection before and after {state.passes:,.0f} passes; law: {label_of(settings)}")
+    worn = state.first.arc_length * MM, depth_between(state.worn, state.first) * UM
+    return [
+        Panel("y [mm], + towards the field side", "z [mm]", {"before": (*old.T, ":"), "after": new.T}),
+        Panel("along the line, from its gauge side [mm]", "worn off along the normal [\u00b5m]", {"_worn": worn}),
+    ]
 
 
-def _worn_spots(state: Evolution) -> list[int]:
-    """Nodes of the deepest wear, and of the deepest away from it."""
-    if state.depth.max() <= 0:
-        return []
-    first = int(np.argmax(state.depth))
-    far = np.abs(state.first.arc_length - state.first.arc_length[first]) > 8e-3
-    second = int(np.argmax(np.where(far, state.depth, 0.0)))
-    return [first] + ([second] if state.depth[second] > SHOWN_SPOT * state.depth[first] else [])
-
-
-def _magnified(axis: Axes, state: Evolution, at: int, mark: str) -> None:
-    """The line about a node, straightened: what was worn off along its normals, magnified."""
-    s = (state.first.arc_length - state.first.arc_length[at]) * MM
-    worn = depth_between(state.worn, state.first)
-    reach = max(2.0, 1.5 * np.abs(s[(worn > 0.02 * worn[at]) & (np.abs(s) < 8)]).max())
-    near = np.abs(s) <= reach
-    axis.axhline(0, color=GREY, lw=1.4)
-    curve(axis, s[near], -worn[near] * UM, "", NOSE, 1.6, "--")
-    band(axis, s[near], 0, -worn[near] * UM, "", NOSE, 0.25)
-    y, z = state.first.points[at] * MM
-    axis.set(xlim=(-reach, reach), ylim=(-1.15 * worn[at] * UM, 0.15 * worn[at] * UM))
-    axis.set(xlabel="along the line, straightened [mm]", ylabel="worn off along the normal [\u00b5m]")
-    axis.set_title(f"{mark}: at y = {y:.1f}, z = {z:.1f} mm, {worn[at] * UM:.3g} \u00b5m deep", loc="left")
-
-
-def band_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
+def band_panels(settings: DamageSettings, state: Evolution) -> list[Panel]:
     """Deepest wear along each part by each law, and the band between them."""
-    figure = new_figure(8.0)
-    laws, parts, (along, what) = laws_of(settings), state.first.parts, state.first.along
-    panels = figure.subplots(len(parts), 1, sharex=True, squeeze=False)[:, 0]
-    for b, (axis, name) in enumerate(zip(panels, parts, strict=True)):
-        colour = BODY.get(name, NOSE)
+    laws, (along, what), found = laws_of(settings), state.first.along, []
+    for b, name in enumerate(state.first.parts):
         deepest = lambda values, b=b: state.first.part(values, b).reshape(len(along), -1).max(axis=1) * UM
-        values = np.array([deepest(own) for own in state.by_law.values()])
-        top = max(values.max(), 1e-9)
-        worn = values.max(axis=0) > 1e-5 * top
-        positive = np.where(worn, 1.0, np.nan)
-        low, high = values.min(axis=0) * positive, values.max(axis=0) * positive
-        band(axis, along * MM, low, high, "band over the laws", strength=0.4)
-        if len(parts) == 1:
-            for law, own, style in zip(state.by_law, values * positive, cycle(("-", "--", "-.", ":"))):
-                axis.plot(along * MM, own, color=GREY, ls=style, lw=1.0, label=laws[law].label)
-        lead, error = deepest(state.depth) * positive, deepest(state.error)
-        axis.plot(along * MM, lead, color=colour, lw=1.6, label=f"{laws[settings.law].label}, smoothed")
-        bound = np.maximum(lead - error, 1e-6 * top), lead + error
-        band(axis, along * MM, *bound, "bound of the blocks' error", colour, 0.25)
-        axis.set(yscale="log", ylim=(top * 1e-5, 2 * top), ylabel=f"deepest on the {name} [\u00b5m]")
-        axis.legend(loc="center right" if b == 0 else "center left", fontsize=10)
-    if len(parts) == 1 and worn.any():
-        axis.set_xlim(*(along[worn][[0, -1]] * MM + [-3, 3]))
-    axis.set(xlabel=f"{what} [mm]")
-    return titled(
-        figure,
-        f"{title}\ndepth after {state.passes:,.0f} passes by all laws on the leading law's shapes, calibration factor"
-        f" {settings.factor:g}",
-        13,
-    )
+        values = {law: deepest(own) for law, own in state.by_law.items()}
+        least = LEAST * max(max(own.max() for own in values.values()), 1e-9)
+        shown = lambda own, least=least: np.where(own > least, own, np.nan)
+        every = np.array(list(values.values()))
+        bounds = shown(np.maximum(every.min(axis=0), least)), shown(every.max(axis=0))
+        lines: dict[str, tuple] = {"band over the laws": (along * MM, bounds, "band")}
+        if len(state.first.parts) == 1:
+            lines |= {laws[law].label: (along * MM, shown(own), "--") for law, own in values.items()}
+        lead, error = shown(deepest(state.depth)), deepest(state.error)
+        lines[f"{name}, {laws[settings.law].label}, smoothed"] = along * MM, lead
+        bound = np.maximum(lead - error, 2 * least), lead + error
+        lines[f"{name}, bound of the blocks' error"] = along * MM, bound, "band"
+        found.append(Panel(f"{what} [mm]", f"deepest on the {name} [\u00b5m]", lines, log="y"))
+    return found
 
 
-def passes_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
-    """Deepest wear and T gamma over the passes."""
-    figure, (depth, tgamma, force) = new_panels(9.0, 3, 1, sharex=True, height_ratios=[1.3, 1.0, 0.7])
-    log = np.vstack([0 * state.log[:1], state.log]) if len(state.log) else np.zeros((1, 7))
+def passes_panels(settings: DamageSettings, state: Evolution) -> list[Panel]:
+    """Deepest wear, T gamma and the largest force over the passes."""
+    log = np.vstack([np.zeros((1, 7)), state.log])
+    passes, deepest, largest, mean, error, force = log.T[:6]
     ends = np.array([d.max() for d in state.by_law.values()])
-    share = log[:, 1] / max(log[-1, 1], 1e-30)
-    passes, words = log[:, 0], f"deepest, {label_of(settings)}; bars: error of the blocks"
-    limits = share * ends.min() * UM, share * ends.max() * UM
-    band(depth, passes, *limits, "band over the laws (their end values)", strength=0.35)
-    look = {"yerr": log[:, 4] * UM, "color": NOSE, "marker": "o", "ms": 4, "capsize": 3, "label": words}
-    depth.errorbar(passes, log[:, 1] * UM, **look)
-    depth.set(ylabel="deepest wear [\u00b5m]")
-    depth.legend(loc="upper left")
-    if len(state.log):
-        at = state.log[:, 0]
-        curve(tgamma, at, state.log[:, 2], "largest of all points", TOTAL, 1.5, marker="o", ms=4)
-        curve(tgamma, at, state.log[:, 3], "mean over points and passes", ORANGE, 1.5, marker="s", ms=4)
-    shade_regions(tgamma, fatigue_of(settings))
-    tgamma.set(ylabel="T\u03b3 [N]")
-    if tgamma.get_legend_handles_labels()[0]:  # of no pass there is nothing to name
-        tgamma.legend(loc="upper right")
-    if len(state.log):
-        force.plot(state.log[:, 0], state.log[:, 5] / 1e3, color=PURPLE, marker="^", ms=4)
-        force.set_ylim(0, 1.15 * state.log[:, 5].max() / 1e3)
-    force.set(xlabel="passes", ylabel="largest force [kN]")
-    return titled(figure, f"{title}\nwear, T\u03b3 and force as the shape changes")
+    share = deepest / max(deepest[-1], 1e-30) * UM
+    wear = {
+        "band over the laws (their end values)": (passes, (share * ends.min(), share * ends.max()), "band"),
+        "deepest; bars: error of the blocks": (passes, (deepest * UM, error * UM), "bars"),
+    }
+    tgamma = {
+        "largest of all points": (passes[1:], largest[1:], "o-"),
+        "mean over points and passes": (passes[1:], mean[1:], "s-"),
+    }
+    return [
+        Panel("passes", "deepest wear [\u00b5m]", wear),
+        Panel("passes", "T\u03b3 [N]", tgamma | region_lines(fatigue_of(settings), passes[[0, -1]])),
+        Panel("passes", "largest force [kN]", {"_force": (passes[1:], force[1:] / 1e3, "o-")}),
+    ]
 
 
-def shade_regions(axis: Axes, model: WholeLifeRail) -> None:
-    """Shade where the whole-life rail model sees fatigue, both, or wear alone."""
-    top = max(axis.get_ylim()[1], 1.1 * model.balance)
-    edges = (model.onset, model.peak, model.balance, top)
-    for (name, colour), low, high in zip(REGION_COLOURS, edges[:-1], edges[1:], strict=True):
-        axis.axhspan(low, high, color=colour, zorder=0, lw=0)
-        axis.annotate(name, (0.005, (low + high) / 2), xycoords=("axes fraction", "data"), va="center", style="italic")
-    axis.set_ylim(0, top)
+def region_lines(model: WholeLifeRail, x: np.ndarray) -> dict[str, tuple]:
+    """Where the whole-life rail model sees fatigue, both, or wear alone, between two positions."""
+    borders = {"fatigue": model.onset, "fatigue and wear": model.peak, "wear alone": model.balance}
+    return {f"{name} from {border:g} N": (x, [border, border], ":") for name, border in borders.items()}
 
 
-def shakedown_figure(title: str, settings: DamageSettings, before: Rate, after: Rate, parts: tuple[str, ...]) -> Figure:
+def shakedown_panel(before: Rate, after: Rate, parts: tuple[str, ...]) -> Panel:
     """Load factor over traction coefficient of the patches, a crossing's as paths of the pass of the largest share,
-    with the limits of point contact."""
-    figure, axis = new_panels(7.0)
+    with the limits of point and of line contact, beyond which steel ratchets."""
     mu = np.linspace(0.005, 0.6, 60)
-    limits = shakedown_limits(mu)["shakedown"], shakedown_limits(mu, line=True)["shakedown"]
-    curve(axis, mu, limits[0], "elastic shakedown, circular point contact")
-    curve(axis, mu, limits[1], "elastic shakedown, line contact", GREY, 1.5, "--")
-    top = 6.0
+    lines: dict[str, tuple] = {
+        "elastic shakedown, circular point contact": (mu, shakedown_limits(mu)["shakedown"]),
+        "elastic shakedown, line contact": (mu, shakedown_limits(mu, line=True)["shakedown"], "--"),
+    }
     paths = len(parts) > 1
     for when, rate in (("first", before), ("at the end", after)):
         kinds = [max(rate.kinds, key=lambda kind: kind[0])] if paths else rate.kinds
         for b, name in enumerate(parts):
             facts = [own.facts.of(b) for _, own in kinds]
-            x, y = (np.concatenate([getattr(own, of) for own in facts]) for of in ("traction", "load"))
-            look = {"color": GREY if when == "first" else BODY.get(name, NOSE), "marker": "o" if b else "s"}
-            axis.plot(x, y, ms=5, lw=1.0 if paths else 0.0, alpha=0.8, label=f"{name}, {when}", **look)
-            top = max(top, 1.1 * float(np.max(y, initial=0.0)))
-    axis.set(xlim=(0, 0.6), ylim=(0, top), xlabel="traction coefficient T/N")
-    axis.set_ylabel("largest pressure over shear yield stress, p0/k")
-    axis.annotate("ratchetting beyond the lines", (0.40, 0.55 * top), style="italic")
-    axis.legend(loc="upper right")
-    return titled(figure, f"{title}\nshakedown map, k = {settings.shear_yield / 1e6:.0f} MPa; elastic pressures")
+            at = (np.concatenate([getattr(own, of) for own in facts]) for of in ("traction", "load"))
+            look = ("+" if when == "first" else "o") + ("-" if paths else "")
+            lines[f"{name}, {when}"] = *at, look
+    return Panel("traction coefficient T/N", "largest pressure over shear yield stress, p0/k", lines)
 
 
-def label_of(settings: DamageSettings) -> str:
-    """What the leading law is called."""
-    return laws_of(settings)[settings.law].label
+def stations_of(state: Evolution) -> list[tuple[int, int]]:
+    """(body, line of the plan) of the deepest wear, then of what is deepest APART from that, by x."""
+    found: list[tuple[int, int]] = []
+    rest = state.depth.max(axis=2)
+    while len(found) < STATIONS and rest.max() > 0:
+        body, i = divmod(int(np.argmax(rest)), rest.shape[1])
+        found.append((body, i))
+        rest[body, np.abs(state.worn.x - state.worn.x[i]) < APART] = 0.0
+    return sorted(found, key=lambda one: one[1])
+
+
+def section_panels(site: CrossingSite, state: Evolution, stations: list[tuple[int, int]]) -> list[Panel]:
+    """Sections before and after where wear is deepest, then what the body that counts lost by wear, and by flow before
+    it."""
+    sections, lost = [], []
+    y, after = np.linspace(state.worn.y[0], state.worn.y[-1], OUTLINE), site.crossing(state.worn)
+    for body, i in stations:
+        x, name, own = np.full(len(y), state.worn.x[i]), BODIES[body], state.worn.y * MM
+        heights = lambda crossing, b, x=x: crossing.heights(x, y, b)
+        shown = lambda h: np.where(h > DEEPEST_SHOWN, h, np.nan) * MM
+        outlines: dict[str, tuple] = {f"{b}, before": (y * MM, shown(heights(site.base, b)), ":") for b in BODIES}
+        outlines |= {f"{b}, after": (y * MM, shown(heights(after, b))) for b in BODIES}
+        sections.append(Panel("y [mm]", "z [mm]", outlines, f"x = {x[0] * MM:.0f} mm"))
+        lines: dict[str, tuple] = {f"{name}, wear": (own, -state.depth[body, i] * UM)}
+        if site.flow is not None:
+            lines[f"{name}, flow before"] = own, -site.flow[body, i] * UM, ":"
+        lost.append(Panel("y [mm]", "lost, vertically [\u00b5m]", lines))
+    return sections + lost
+
+
+def plan_figure(title: str, site: CrossingSite, state: Evolution) -> Figure:
+    """Depth by the leading law on the crossing's plan."""
+    depth = state.depth.sum(axis=0).T * UM
+    if depth.max() <= 0:
+        return words_instead(f"{title}: nothing is worn off")
+    figure, axis = new_panels(5.5)
+    shown = np.ma.masked_less(depth, depth.max() * 10.0**-DECADES)
+    look = {"norm": LogNorm(depth.max() * 10.0**-DECADES, depth.max()), "cmap": "viridis_r", "shading": "nearest"}
+    image = axis.pcolormesh(state.worn.x * MM, state.worn.y * MM, shown, **look)
+    for height, style in zip(site.heights, ("-", "--"), strict=True):
+        axis.contour(state.worn.x * MM, state.worn.y * MM, height.T, [-14e-3], colors="black", linestyles=style)
+    figure.colorbar(image, ax=axis, label="depth [\u00b5m]")
+    axis.set(xlabel="x along the crossing [mm]; lines: wing (full) and nose, 14 mm deep")
+    axis.set(ylabel="y [mm], + to the wing's field side")
+    return titled(figure, title, 13)
+
+
+def tgamma_panels(settings: DamageSettings, state: Evolution, before: CrossingRate, after: CrossingRate) -> list[Panel]:
+    """T gamma and fatigue damage of wing and nose along the crossing, first and at the end."""
+    model, lines, damage = fatigue_of(settings), {}, {}
+    rates = ((f"after {state.passes:,.0f} passes", after, "-"), ("first pass", before, ":"))
+    for when, rate, style in rates[: 2 if state.passes else 1]:
+        for b, body in enumerate(BODIES):
+            for k, (_, own) in enumerate(rate.kinds):
+                facts = own.facts.of(b)
+                order = np.argsort(facts.x)
+                words = f"_{body}, {when}, {k}" if k or not len(order) else f"{body}, {when}"
+                lines[words] = facts.x[order] * MM, facts.tgamma[order], style
+                damage[words] = facts.x[order] * MM, model.damage(facts.tgamma[order]) * 1e6, style
+    lines |= region_lines(model, state.worn.x[[0, -1]] * MM)
+    what = "x along the crossing [mm]", "damage by one axle [10\u207b\u2076]; below 0 wear takes cracks away"
+    return [Panel(what[0], "T\u03b3 of a patch [N]", lines), Panel(*what, damage)]
+
+
+def wheel_panels(settings: DamageSettings, site: CrossingSite, state: Evolution) -> list[Panel]:
+    """The wheels' profiles; depth over them by the leading law for each kind of pass; the mean of the traffic with the
+    band over the laws."""
+    depth = np.asarray(state.wheels).sum(axis=2) * (THOUSAND / (state.passes - state.began)) * UM
+    y, lead = site.wheel_lines * MM, list(state.by_law).index(settings.law)
+    seen = (depth[:, lead] > LEAST * depth[:, lead].max()).any(axis=0)
+    y, depth = y[seen], depth[..., seen]
+    mean = np.tensordot([one.weight for one in site.passes], depth, 1)
+    profiles = {one.scene.wheel.name: (y, one.scene.wheel.shape.height(y / MM) * MM) for one in site.passes}
+    each = {one.label: (y, own) for one, own in zip(site.passes, depth[:, lead], strict=True)}
+    bounds = np.maximum(mean.min(axis=0), LEAST * mean.max()), mean.max(axis=0)
+    band = {"band over the laws": (y, bounds, "band"), "leading law": (y, mean[lead])}
+    at = "y on the wheel from its tread datum [mm], + to the field side"
+    return [
+        Panel(at, "profile, z [mm]", profiles),
+        Panel(at, "worn off [\u00b5m]", each, "each kind of pass", "y"),
+        Panel(at, "worn off [\u00b5m]", band, "mean of the traffic", "y"),
+    ]

@@ -18,9 +18,9 @@ import numpy as np
 from geometry.profiles.formats.by_suffix import write_profile
 from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.case.casefile import Case
-from rail_fem.damage.crossing_figures import study_figures
 from rail_fem.damage.drivers import sensitivities, wheel_ratios
 from rail_fem.damage.evolution import Evolution, begin, evolve
+from rail_fem.damage.figures import study_figures
 from rail_fem.damage.flow import flow_digest, read_flow
 from rail_fem.damage.report import study_report
 from rail_fem.damage.sites import crossing_site, stepping_of, switch_section, tonnage_of

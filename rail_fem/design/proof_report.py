@@ -13,12 +13,10 @@ from rail_fem.design.problem import Problem
 from rail_fem.design.proof import MODEL, PROVEN, SEARCHED, ProofRun, ProvenShape, without_finer
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.trust import verdict_words
-from rail_fem.show.panels import titled
-from rail_fem.show.style import GREEN, NOSE, PURPLE, SKY, TOTAL, new_figure
+from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.sweeps.compare import core_seconds
 
-COLOURS = (NOSE, TOTAL, SKY, GREEN, PURPLE)  # the start, then the shapes that were found
 LOWER, HIGHER, WITHIN, SAME, UNKNOWN = "lower", "higher", "within the bars", "same", "-"
 
 
@@ -134,46 +132,22 @@ def _told(head: str, found: Sequence[tuple[ProofRun, str]]) -> list[str]:
 
 
 def proof_figure(problem: Problem, runs: Sequence[ProofRun]) -> Figure:
-    """A panel for each quantity: bars of all shapes for each pass, with error bars; what the light model said as open
-    marks. Each pass at its own element size."""
-    own = without_finer(runs)
-    sizes = {run.one.name: f"{1e3 * run.size:g} mm" for run in own if np.isfinite(run.size)}
-    different = sorted(set(sizes.values()))
-    drawn = [name for name in PROVEN if any(np.isfinite(run.value(name)[0]) for run in own)]
-    shapes = list({run.shape.name: run.shape for run in own}.values())
-    passes = list(problem.design.proven)
-    figure = new_figure(2.3 * max(1, len(drawn)) / 2 + 2.2)
-    panels = figure.subplots((len(drawn) + 1) // 2 or 1, 2, squeeze=False, sharex=True).ravel()
-    width = 0.8 / len(shapes)
-    for axes, name in zip(panels, drawn):
-        for s, shape in enumerate(shapes):
-            for p, one in enumerate(passes):
-                run = next((r for r in own if r.shape == shape and r.one == one), None)
-                at = p + (s - (len(shapes) - 1) / 2) * width
-                _bar(axes, problem, run, name, at, width, COLOURS[s % len(COLOURS)], shape.words if p == 0 else "")
-        axes.set_ylabel(f"{textwrap.fill(name, 24)} [{PROVEN[name].unit}]", fontsize=10)
-        axes.grid(axis="x", visible=False)
-        words = [textwrap.fill(one.name, 14) + f"\n{sizes.get(one.name, '')}" * (len(different) > 1) for one in passes]
-        axes.set_xticks(range(len(passes)), words)
-    for axes in panels[len(drawn) :]:
-        axes.set_axis_off()
-    panels[0].legend(ncols=2, loc="lower left", bbox_to_anchor=(0, 1.01), fontsize=10)
-    title = f"Start and best of {problem.case.name} by {MODEL}, elements of {' and '.join(different)}"
-    return titled(figure, title)
-
-
-def _bar(axes, problem: Problem, run: ProofRun | None, name: str, at: float, width: float, colour: str, words: str):
-    if run is None:
-        return
-    value, bar = run.value(name)
-    if np.isnan(value):
-        axes.text(at, 0, " failed", rotation=90, ha="center", va="bottom", fontsize=9)
-    else:
-        axes.bar(at, value, 0.9 * width, color=colour, label=f"{words}, {MODEL}" if words else None)
-        if bar:
-            axes.errorbar(at, value, bar, color="#888888", capsize=3, lw=1.5)
-    column = run.one.name, SEARCHED.get(name, "")
-    if column in problem.columns:
-        light = run.shape.trial.numbers[problem.columns.index(column)]
-        mark = f"the same by {problem.design.model}" if words == "start" else None
-        axes.plot(at, light, "D", mfc="white", mec="black", ms=6, label=mark)
+    """A panel for each quantity: all shapes in each pass, with error bars; what the light model said as crosses. Each
+    pass at its own element size."""
+    own, panels = without_finer(runs), []
+    sizes = sorted({f"{1e3 * run.size:g} mm" for run in own if np.isfinite(run.size)})
+    for name in PROVEN:
+        lines: dict[str, tuple] = {}
+        for shape in {run.shape.name: run.shape for run in own}.values():
+            mine = [run for run in own if run.shape == shape and np.isfinite(run.value(name)[0])]
+            if mine:
+                passes = [run.one.name for run in mine]
+                lines[shape.words] = passes, np.array([run.value(name) for run in mine]).T, "bars"
+                columns = [(one, SEARCHED.get(name, "")) for one in passes]
+                if all(column in problem.columns for column in columns):
+                    light = [shape.trial.numbers[problem.columns.index(column)] for column in columns]
+                    lines[f"{shape.words}, by {problem.design.model}"] = passes, light, "x"
+        if lines:
+            panels.append(Panel("", f"{textwrap.fill(name, 24)} [{PROVEN[name].unit}]", lines))
+    title = f"Start and best of {problem.case.name} by {MODEL}, elements of {' and '.join(sizes)}"
+    return panels_figure(panels, title)

@@ -15,8 +15,8 @@ from rail_fem.design.search import Found, Trial
 from rail_fem.design.shape import ShapeDifference, shape_difference, told
 from rail_fem.light.rigid import rigid_path
 from rail_fem.output.markdown import markdown_table
-from rail_fem.show.panels import new_panels, titled
-from rail_fem.show.style import BODY, GREY, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
+from rail_fem.show.panels import Panel, panels_figure
+from rail_fem.show.style import lettering, save
 from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.sweeps.trends import MEASURES
 
@@ -139,66 +139,49 @@ def robustness(problem: Problem, found: Found, checked: Sequence[np.ndarray] = (
 
 
 def design_figure(problem: Problem, found: Found) -> Figure:
-    """Above: all trials by their first two quantities (means over the passes); middle: the rigid wheel's path of the
-    first pass at the start and at best, which is the shape that it feels; below: how far the running surfaces are
-    apart."""
-    figure, (above, below, shape) = new_panels(13.0, 3, 1, height_ratios=[1.5, 1, 1])
-    shape.sharex(below)
+    """All trials by their first two quantities (means over the passes); the rigid wheel's path of the first pass at the
+    start and at best, which is the shape that it feels; how far the running surfaces are apart."""
     quantities = list(dict.fromkeys(objective.quantity for objective in problem.design.objective))
     pair = (quantities * 2)[:2]
     at = lambda trial: [_mean(problem, trial, quantity) for quantity in pair]
     cloud = np.array([at(trial) for trial in found.trials if not trial.fault])
     front = cloud[_front(cloud)]
-    above.plot(*cloud.T, "o", ms=4, color=GREY, alpha=0.6, label="trials")
     goals = {objective.quantity: objective.goal for objective in problem.design.objective}
+    trials: dict[str, tuple] = {"trials": (*cloud.T, "."), "start: the case as it is": (*at(found.start), "s")}
+    trials[f"best by {found.best_by}"] = *at(found.best), "D"
     if None not in (goals[pair[0]], goals[pair[1]]):
-        above.plot(goals[pair[0]], goals[pair[1]], "*", ms=18, color=PURPLE, label="target")
+        trials["target"] = goals[pair[0]], goals[pair[1]], "*"
     else:
-        above.plot(*front[np.argsort(front[:, 0])].T, "-", color=WING, lw=1.5, label="no trial is below both")
-    above.plot(*at(found.start), "s", ms=11, color=NOSE, label="start: the case as it is")
-    above.plot(*at(found.best), "D", ms=11, color=TOTAL, label=f"best by {found.best_by}")
-    above.set(xlabel=_axis(pair[0]), ylabel=_axis(pair[1]))
-    above.legend()
+        trials["no trial is below both"] = *front[np.argsort(front[:, 0])].T, "-"
     first = problem.design.passes[0]
-    for trial, words, colour in ((found.start, "start", NOSE), (found.best, "best", TOTAL)):
-        x, height = _path(problem, None if trial is found.start else trial.values, first.set)
-        below.plot(1e3 * x, 1e3 * height, color=colour, lw=2, label=f"{words}: path of the rigid wheel, {first.name}")
-    below.set(ylabel="axle height [mm]")
-    below.legend()
-    for one in shape_differences(problem, found):
-        x, words = 1e3 * one.x, "leg and wing" if one.body == "wing" else one.body
-        shape.fill_between(x, 1e3 * one.taken, 1e3 * one.added, color=BODY[one.body], alpha=0.5, label=words)
-    shape.axhline(0, color=GREY, lw=1)
-    shape.set(
-        xlabel="position x [mm], 0 where the gauge lines intersect", ylabel="metal added (+) or\ntaken away (-) [mm]"
-    )
-    shape.legend(title="running surface, best less start")
-    return titled(figure, f"Search of {problem.case.name} by {problem.design.model}: {len(found.trials)} trials")
+    ends = ("start", None), ("best", found.best.values)
+    paths = {words: 1e3 * np.array(_path(problem, values, first.set)) for words, values in ends}
+    apart = {
+        one.body: (1e3 * one.x, (1e3 * one.taken, 1e3 * one.added), "band") for one in shape_differences(problem, found)
+    }
+    along, title = "position x [mm]", "running surface, best less start: wing with leg, nose"
+    panels = [
+        Panel(_axis(pair[0]), _axis(pair[1]), trials),
+        Panel(along, "axle height [mm]", paths, f"path of the rigid wheel, {first.name}"),
+        Panel(along, "metal added (+) or taken away (-) [mm]", apart, title),
+    ]
+    title = f"Search of {problem.case.name} by {problem.design.model}: {len(found.trials)} trials"
+    return panels_figure(panels, title, columns=1)
 
 
 def force_figure(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -> Figure:
-    """Bars of each quantity at the start and at best, a pair a pass; checks beside them, hatched."""
-    design = problem.design
-    quantities = list(dict.fromkeys(objective.quantity for objective in design.objective))
-    figure = new_figure(2.6 * len(quantities) + 1.4)
-    names = [one.name for one in (*design.passes, *(design.checks if len(checked) else ()))]
-    at = np.arange(len(names))
-    for axes, quantity in zip(figure.subplots(len(quantities), 1, sharex=True, squeeze=False)[:, 0], quantities):
-        k = quantities.index(quantity)
-        for side, (trial, words, colour) in enumerate(((found.start, "start", NOSE), (found.best, "best", TOTAL))):
-            values = trial.numbers.reshape(-1, len(design.objective))[:, k]
-            if len(checked):
-                values = np.concatenate([values, checked[side].reshape(-1, len(design.objective))[:, k]])
-            bars = axes.bar(at + 0.4 * side - 0.2, values, width=0.38, color=colour, label=words)
-            for bar in bars[len(design.passes) :]:
-                bar.set(hatch="//", edgecolor="white")
-        axes.set_ylabel(f"{quantity}\n[{MEASURES[quantity].unit}]")
-        axes.grid(axis="x", visible=False)
-    few = len(names) <= 9
-    axes.set_xticks(at, [textwrap.fill(name, 14 if few else 8) for name in names], fontsize=10 if few else 9)
-    figure.axes[0].legend(ncols=2, loc="upper left", bbox_to_anchor=(0, 1.28))
-    hatched = "; hatched: not searched on" if len(checked) else ""
-    return titled(figure, f"Start and best of {problem.case.name} by {design.model}{hatched}")
+    """Each quantity at the start and at best, pass by pass; checks behind them."""
+    design, panels = problem.design, []
+    names = [textwrap.fill(one.name, 14) for one in (*design.passes, *(design.checks if len(checked) else ()))]
+    numbers = [
+        np.concatenate([own, *checked[k : k + 1]]) for k, own in enumerate((found.start.numbers, found.best.numbers))
+    ]
+    for k, objective in enumerate(design.objective):
+        of = [own.reshape(-1, len(design.objective))[:, k] for own in numbers]
+        lines = {words: (names, own, look) for words, own, look in zip(("start", "best"), of, ("s", "D"))}
+        panels.append(Panel("", f"{objective.quantity} [{MEASURES[objective.quantity].unit}]", lines))
+    behind = f"; behind {design.passes[-1].name}: not searched on" if len(checked) else ""
+    return panels_figure(panels, f"Start and best of {problem.case.name} by {design.model}{behind}", columns=1)
 
 
 def _axis(quantity: str) -> str:

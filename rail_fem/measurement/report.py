@@ -7,8 +7,7 @@ from rail_fem.measurement.record import QUANTITIES, Record
 from rail_fem.measurement.score import Alignment, Score
 from rail_fem.output.low_pass import low_pass
 from rail_fem.scene.units import si_factor
-from rail_fem.show.panels import titled
-from rail_fem.show.style import NOSE, TOTAL, new_figure
+from rail_fem.show.panels import Panel, panels_figure
 
 SHOWN = {"N": "kN", "m/s^2": "m/s^2"}
 
@@ -40,18 +39,14 @@ def score_table(record: Record, pair: Alignment, scores: list[Score]) -> str:
 def record_figure(record: Record, pair: Alignment, cutoffs: list[float], title: str) -> Figure:
     """Record and result over the position, one panel a cut-off, both filtered alike."""
     unit = SHOWN[QUANTITIES[record.quantity][0]]
-    figure = new_figure(3.0 * len(cutoffs) + 1.5)
-    panels = np.atleast_1d(figure.subplots(len(cutoffs), 1, sharex=True))
-    for axes, cutoff in zip(panels, cutoffs):
+    panels = []
+    for cutoff in cutoffs:
         raw = np.isinf(cutoff)
-        for values, words, colour, width in (
-            (pair.measured, f"measured ({record.label})", NOSE, 2.4),
-            (pair.computed, "computed", TOTAL, 1.6),
-        ):
-            shown = values if raw else low_pass(values, pair.rate, cutoff)
-            axes.plot(1e3 * pair.x, shown / si_factor(unit), color=colour, lw=width, label=words)
-        axes.set_title("as recorded" if raw else f"both low-passed at {cutoff:g} Hz", loc="left")
-        axes.set_ylabel(f"{record.quantity.replace('_', ' ')}\n[{unit}]")
-    panels[0].legend(ncols=2)
-    panels[-1].set_xlabel("position x of the wheel [mm], 0 where the gauge lines intersect")
-    return titled(figure, title)
+        shown = lambda values, raw=raw, cutoff=cutoff: values if raw else low_pass(values, pair.rate, cutoff)
+        both = {f"measured ({record.label})": pair.measured, "computed": pair.computed}
+        lines = {words: (1e3 * pair.x, shown(values) / si_factor(unit)) for words, values in both.items()}
+        words = "as recorded" if raw else f"both low-passed at {cutoff:g} Hz"
+        panels.append(
+            Panel("position x of the wheel [mm]", f"{record.quantity.replace('_', ' ')} [{unit}]", lines, words)
+        )
+    return panels_figure(panels, title, columns=1)

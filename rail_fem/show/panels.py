@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -10,13 +11,51 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
 
-from rail_fem.show.style import NEVER_YIELDED, SKY, STRAIN_COLOURS, TOTAL, new_figure
+from rail_fem.show.style import BODY, CURVES, NEVER_YIELDED, SKY, STRAIN_COLOURS, TOTAL, new_figure
 
 
 def new_panels(height: float, *shape: int, layout: str = "constrained", **grid: Any) -> tuple[Figure, Any]:
     """A figure of the common width [inch] and its axes, rows and columns as matplotlib's subplots gives them."""
     figure = new_figure(height, layout)
     return figure, figure.subplots(*shape, **grid)
+
+
+class Panel(NamedTuple):
+    """What against what. lines : by its words (x, y), and a third that says how it looks where it is no line: marks and
+    dashes as matplotlib has them, "band" of y = (low, high), "bars" of y = (values, half widths). What begins with a
+    body's name has its colour, what begins with "_" stands in no legend.  log : the logarithmic axes, e.g. "xy"."""
+
+    xlabel: str
+    ylabel: str
+    lines: Mapping[str, Sequence[Any]]
+    title: str = ""
+    log: str = ""
+
+    def draw(self, axes) -> None:
+        """On these axes, lines in the order of the common colours."""
+        for number, (words, (x, y, *look)) in enumerate(self.lines.items()):
+            colour = BODY.get(words.lstrip("_").partition(",")[0].partition(" ")[0], CURVES[number % len(CURVES)])
+            if look == ["band"]:
+                band(axes, x, y[0], y[1], words, colour)
+            elif look == ["bars"]:
+                axes.errorbar(x, *y, fmt="o", capsize=3, color=colour, label=words)
+            else:
+                axes.plot(x, y, *look, color=colour, mfc="none", label=words)
+        axes.set(xlabel=self.xlabel, ylabel=self.ylabel, title=self.title)
+        axes.set(**{f"{name}scale": "log" for name in self.log})
+        if any(not words.startswith("_") for words in self.lines):
+            axes.legend(fontsize=9)
+
+
+def panels_figure(panels: Sequence[Panel], title: str, columns: int = 2) -> Figure:
+    """Panels side by side, so many in a row."""
+    rows, columns = -(-len(panels) // columns), min(columns, len(panels))
+    figure, axes = new_panels(4.2 * rows + 0.8, rows, columns, squeeze=False)
+    for axis, panel in zip(axes.flat, panels):
+        panel.draw(axis)
+    for axis in axes.flat[len(panels) :]:
+        axis.remove()
+    return titled(figure, title)
 
 
 def curve(axes, x, y, words: str = "", colour: str = TOTAL, width: float = 2.0, line: Any = "-", **look: Any) -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from geometry.surfaces.bodies import BODIES
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult
 from rail_fem.show.metal import amount
-from rail_fem.show.panels import new_panels
-from rail_fem.show.style import NOSE, TOTAL, WING, give_title
+from rail_fem.show.panels import Panel, panels_figure
+from rail_fem.show.style import give_title
 
 MANY = 30  # passes, from which they are drawn as lines over their logarithm
 LEAST_ADDED = 1e-3  # [mm3], below which nothing is drawn: the steel is at rest
@@ -40,30 +41,19 @@ def passes_rows(result: PassResult) -> list[str]:
 
 def passes_figure(result: PassResult, name: str) -> Figure:
     """Forces, plastic strain and what each pass adds to it, against the number of the pass."""
-    figure, (forces, strain, growth) = new_panels(5.2, 1, 3)
     number = np.arange(1, len(result.passes) + 1)
-    many = len(number) > MANY
-    dots, circle = ("-", "-") if many else ("o-", "o")
-
-    def of(quantity: str) -> np.ndarray:
-        return np.array([report.get(quantity, NAN) for report in result.passes])
-
-    for body, colour in (("wing", WING), ("nose", NOSE)):
-        forces.plot(number, of(f"largest_force_{body}") / 1e3, dots, color=colour, label=body, ms=5)
-    forces.plot(number, of("impact_on_wheel") / 1e3, circle, color=TOTAL, mfc="none", label="impact on the wheel", ms=9)
-    forces.set(xlabel="pass", ylabel="largest force [kN]", title="forces")
-    for body, colour in (("wing", WING), ("nose", NOSE)):
-        block, whole = of(f"block_{body}"), of(f"integral_{body}") * 1e9
-        strain.plot(number, 100 * block, dots, color=colour, label=body, ms=5)
-        added = np.diff(whole, prepend=0.0)
-        growth.semilogy(number, np.where(added > LEAST_ADDED, added, np.nan), dots, color=colour, label=body, ms=5)
-    strain.set(xlabel="pass", ylabel="PEEQ, mean of the worst 5 x 5 x 3 mm [%]", title="plastic strain so far")
-    growth.set(xlabel="pass", ylabel="integral of PEEQ added [mm3]", title="added by the pass")
-    for axes in (forces, strain, growth):
-        axes.legend()
-        if many:
-            axes.set_xscale("log")
-        else:
-            axes.xaxis.get_major_locator().set_params(integer=True)
+    log, look = ("x", "-") if len(number) > MANY else ("", "o-")
+    of = lambda quantity: np.array([report.get(quantity, NAN) for report in result.passes])
+    forces = {body: (number, of(f"largest_force_{body}") / 1e3, look) for body in BODIES}
+    forces["impact on the wheel"] = number, of("impact_on_wheel") / 1e3, look
+    strain = {body: (number, 100 * of(f"block_{body}"), look) for body in BODIES}
+    added = {body: np.diff(of(f"integral_{body}") * 1e9, prepend=0.0) for body in BODIES}
+    growth = {body: (number, np.where(new > LEAST_ADDED, new, np.nan), look) for body, new in added.items()}
+    panels = [
+        Panel("pass", "largest force [kN]", forces, "forces", log),
+        Panel("pass", "PEEQ, mean of the worst 5 x 5 x 3 mm [%]", strain, "plastic strain so far", log),
+        Panel("pass", "integral of PEEQ added [mm3]", growth, "added by the pass", f"{log}y"),
+    ]
+    figure = panels_figure(panels, "", 3)
     give_title(figure, "passes on the steel that the one before has left", name, result)
     return figure

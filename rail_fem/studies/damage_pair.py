@@ -21,7 +21,8 @@ import numpy as np
 import typer
 
 from geometry.surfaces.bodies import BODIES
-from rail_fem.studies.harness import OUT, Panel, Table, publish
+from rail_fem.show.panels import Panel
+from rail_fem.studies.harness import OUT, Table, publish
 
 UM, MM, KN = 1e6, 1e3, 1e-3
 PASSES, WORN, FORCE, FLOW = 0, 1, 5, 6  # columns of a study's log

@@ -5,17 +5,15 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import typer
-from matplotlib.figure import Figure
 
 from rail_fem.atomic import write_text_atomically
 from rail_fem.output.markdown import markdown_table
-from rail_fem.show.panels import new_panels, titled
-from rail_fem.show.style import CURVES
+from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.table_and_figure import write_figure
 
 OUT = Annotated[Path | None, typer.Option("--out", help="folder for tables (.md, .csv) and figure (.png)")]
@@ -39,33 +37,6 @@ class Table(NamedTuple):
         text = io.StringIO()
         csv.writer(text, lineterminator="\n").writerows([self.head, *self.rows])
         return text.getvalue()
-
-
-class Panel(NamedTuple):
-    """What against what. lines : by its words (x, y), and a third that says how it looks where it is no line ("o--");
-    words that begin with "_" stand in no legend.  log : the logarithmic axes, "x", "y" or "xy"."""
-
-    xlabel: str
-    ylabel: str
-    lines: Mapping[str, Sequence[Any]]
-    title: str = ""
-    log: str = ""
-
-
-def panels_figure(panels: Sequence[Panel], title: str, columns: int = 2) -> Figure:
-    """Panels side by side, so many in a row; lines in the order of the common colours."""
-    rows, columns = -(-len(panels) // columns), min(columns, len(panels))
-    figure, axes = new_panels(4.2 * rows + 0.8, rows, columns, squeeze=False)
-    for axis in axes.flat[len(panels) :]:
-        axis.remove()
-    for axis, panel in zip(axes.flat, panels):
-        for number, (words, (x, y, *look)) in enumerate(panel.lines.items()):
-            axis.plot(x, y, *look, color=CURVES[number % len(CURVES)], mfc="none", label=words)
-        axis.set(xlabel=panel.xlabel, ylabel=panel.ylabel, title=panel.title)
-        axis.set(**{f"{name}scale": "log" for name in panel.log})
-        if any(not words.startswith("_") for words in panel.lines):
-            axis.legend(fontsize=9)
-    return titled(figure, title)
 
 
 def publish(

@@ -28,9 +28,10 @@ from rail_fem.output.quantities import FORCES, REPORTED
 from rail_fem.output.result import PassResult
 from rail_fem.scene.units import SHOWN
 from rail_fem.show.metal import CUBIC_MM
+from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.style import scene_words
 from rail_fem.show.table_and_figure import write_figure
-from rail_fem.studies.harness import QUICK, Panel, panels_figure
+from rail_fem.studies.harness import QUICK
 from rail_fem.studies.size_series import MODEL, faults_told, limits, read_sizes, run_sizes, size_of
 from rail_fem.sweeps.compare import core_seconds, history_error
 

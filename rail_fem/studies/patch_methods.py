@@ -33,10 +33,11 @@ from rail_fem.light.patch_methods import (
     table,
     thesis_pair,
 )
+from rail_fem.show.panels import Panel
 from rail_fem.static_fe.finite_series import finite_series, limit_row, map_difference, to_stderr, zone_about
 from rail_fem.static_fe.solid_blocks import BlockPair
 from rail_fem.static_fe.solid_contact import finite_patch
-from rail_fem.studies.harness import OUT, QUICK, Panel, publish
+from rail_fem.studies.harness import OUT, QUICK, publish
 from rail_fem.studies.patch_limits import study_limits
 
 COMPARED = ("half-space", BLOCKS)

@@ -22,7 +22,8 @@ from rail_fem.cyclic.closed_forms import ratchet_strain
 from rail_fem.cyclic.law import CyclicLaw, cyclic_law
 from rail_fem.cyclic.paths import uniaxial_cycles
 from rail_fem.cyclic.rolling_line import NoEquilibriumError, rolling_line_contact
-from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
+from rail_fem.show.panels import Panel
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
 from rail_fem.studies.rolled_passes import TRACTION, panels, roll_all, table
 
 YOUNG, POISSON, YIELD, HALF_WIDTH = 210e9, 0.3, 300e6, 5e-3

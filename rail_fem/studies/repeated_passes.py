@@ -19,7 +19,8 @@ import numpy as np
 import typer
 
 from rail_fem.output.result import NAN, PassResult, load
-from rail_fem.studies.harness import OUT, Panel, Table, publish
+from rail_fem.show.panels import Panel
+from rail_fem.studies.harness import OUT, Table, publish
 
 LAST = 3  # passes over which the factor is taken
 PARTS = {"leg": "wing", "wing": "wing", "nose": "nose"}  # part of a crossing -> body whose steel it is of

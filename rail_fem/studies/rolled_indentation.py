@@ -32,7 +32,8 @@ from rail_fem.light.plastic_rolling import point_zone
 from rail_fem.output.result import PassResult
 from rail_fem.output.result import load as load_result
 from rail_fem.scene.steel import MN13
-from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
+from rail_fem.show.panels import Panel
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
 BODY, STEEL = Elastic(210e9, 0.3), MN13
 MODULUS = contact_modulus(BODY, BODY)

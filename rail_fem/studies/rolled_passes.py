@@ -17,7 +17,8 @@ import numpy as np
 from bem.cycle_jumps import LEAST_FLOW, JumpRule
 from rail_fem.cyclic.law import CyclicLaw
 from rail_fem.cyclic.rolling_line import NoEquilibriumError, RollingHistory, rolling_line_contact
-from rail_fem.studies.harness import Panel, Table
+from rail_fem.show.panels import Panel
+from rail_fem.studies.harness import Table
 
 TRACTION = 0.1
 RATIOS = (3.2, 3.8, 4.2, 4.6, 5.0, 5.6)  # largest pressure over the shear yield stress

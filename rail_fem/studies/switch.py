@@ -20,7 +20,8 @@ from geometry.surfaces.switch import Switch
 from geometry.wheelset import Wheelset, WheelsetError
 from rail_fem.atomic import write_text_atomically
 from rail_fem.light.load_sharing import MISSED, LoadedWheelset, equilibrium_under
-from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
+from rail_fem.show.panels import Panel
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
 MM = 1e-3
 AXLE_LOAD = 200e3  # thesis 3.9 [N]

@@ -25,7 +25,8 @@ from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import SIDES, Track, Wheelset
 from rail_fem.atomic import write_text_atomically
 from rail_fem.light.load_sharing import LoadedWheelset, static_equilibrium
-from rail_fem.studies.harness import OUT, QUICK, Panel, Table, publish
+from rail_fem.show.panels import Panel
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
 MM = 1e-3
 AXLE_LOAD = 98.15e3  # thesis Table 3-1 [N]
