@@ -134,20 +134,7 @@ def test_every_other_case_runs(path, tmp_path):
     check_folder(tmp_path / "out")
 
 
-def test_local_batch_runs_cases_and_passes_over_finished_ones(tmp_path):
-    """A light model on one rank: what several ranks of the explicit one do is tried above."""
-    light = (ROOT / "cases" / "nose_transfer.toml").read_text(encoding="utf-8").partition("[run.")[0]
-    (tmp_path / "light.toml").write_text(light + '[run.lumped]\nstart = "300 mm"\nend = "400 mm"\n', encoding="utf-8")
-    words = ["env", f"RUNS={tmp_path}", "cases/local_batch.sh", "-n", "1", str(tmp_path / "light.toml")]
-    assert "1 case(s) well, 0 failed" in run_shell(words)
-    check_folder(tmp_path / "light")
-    assert "finished before" in run_shell(words)
-
-
-@pytest.mark.parametrize(
-    "script",
-    ["setup.sh", "run.sh", "test.sh", ".ci/run", "cases/slurm.sh", "cases/slurm_array.sh", "cases/local_batch.sh"],
-)
+@pytest.mark.parametrize("script", ["setup.sh", "run.sh", "test.sh", ".ci/run", "cases/slurm.sh"])
 def test_scripts_are_valid_shell_and_executable(script):
     assert os.access(ROOT / script, os.X_OK)
     subprocess.run(["bash", "-n", str(ROOT / script)], check=True)
