@@ -59,17 +59,6 @@ class ShakedownPoint:
     traction: float
     index: float
 
-    @property
-    def ratchets(self) -> bool:
-        """Whether the surface flows at every pass by the index."""
-        return self.index > 0
-
-    @property
-    def life(self) -> float:
-        """Passes to surface cracks, 10 index^-4; inf where it does not flow. Source: Ekberg, Kabo, Andersson, Fatigue
-        Fract. Eng. Mater. Struct. 25 (2002) 899; recalled, not opened."""
-        return 10.0 * self.index**-4 if self.ratchets else np.inf
-
 
 def shakedown_point(patch: Patches, shear_yield: float) -> ShakedownPoint:
     """Point of a rolling patch, or points of a row, for a shear yield stress k [Pa] of the hardened surface.
@@ -77,8 +66,6 @@ def shakedown_point(patch: Patches, shear_yield: float) -> ShakedownPoint:
     On a Hertz ellipse p0 = 3 N / (2 pi a b), so that the index is traction - k / p0: the map's right border
     p0/k = 1/mu.
     """
-    if not (np.isfinite(shear_yield) and shear_yield > 0):
-        raise WearError(f"shear yield stress {shear_yield!r} Pa: give one above 0; 300 MPa for worked R260")
     normal = patch.normal_force
     if np.any(normal <= 0):
         raise WearError("a patch without force has no position on the shakedown map")

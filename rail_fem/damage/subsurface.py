@@ -42,15 +42,6 @@ class SubsurfaceSteel:
     young: float = 210e9
     poisson: float = 0.3
 
-    def __post_init__(self) -> None:
-        if not (np.isfinite(self.hydrostatic) and 0 <= self.dang_van < 3 and 0 < self.limit < np.inf):
-            raise WearError(
-                f"Dang Van: weight {self.dang_van!r}, limit {self.limit!r} Pa, residual {self.hydrostatic!r} Pa: give 0"
-                " to 3, above 0, finite"
-            )
-        if not (0 <= self.jiang <= 1 and self.young > 0 and -1 < self.poisson < 0.5):
-            raise WearError(f"J {self.jiang!r}, E {self.young!r} Pa, nu {self.poisson!r}: no steel has them")
-
 
 @dataclass(frozen=True)
 class SubsurfaceFatigue:
@@ -90,18 +81,8 @@ def subsurface_fatigue(
     path = np.ascontiguousarray(np.moveaxis(stress, 1, 2)[:, kept])  # (d, n, moments, 6)
     path[..., :3] += steel.hydrostatic
     dang_van, jiang = np.empty(path.shape[:2]), np.empty(path.shape[:2])
-    _criteria(path, steel.dang_van, steel.jiang, steel.young, steel.poisson, _normals(), dang_van, jiang)
+    _criteria(path, steel.dang_van, steel.jiang, steel.young, steel.poisson, plane_normals(), dang_van, jiang)
     return SubsurfaceFatigue(depth, patch.grid.y[kept], dang_van, jiang, steel.limit)
-
-
-def dang_van_stress(path: np.ndarray, weight: float) -> float:
-    """Largest tau + weight sigma_h [Pa] of a closed path (t, 6) of stresses, order VOIGT."""
-    return _dang_van(np.ascontiguousarray(path, float), float(weight))
-
-
-def jiang_sehitoglu(path: np.ndarray, share: float, young: float, poisson: float) -> float:
-    """FP [Pa] of a closed path (t, 6) of elastic stresses. Error: planes 10 degrees apart, 2 % at most."""
-    return _jiang(np.ascontiguousarray(path, float), share, young, poisson, _normals())
 
 
 def enclosing_sphere(points: np.ndarray) -> tuple[np.ndarray, float]:
@@ -120,7 +101,7 @@ def _lengthened(patch: Patch) -> Patch:
     return Patch(grid, None, pad(patch.pressure), patch.approach, patch.method, pad(patch.traction))
 
 
-def _normals() -> np.ndarray:
+def plane_normals() -> np.ndarray:
     """(k, 3) unit normals of planes, a half sphere of them."""
     found = []
     for polar in np.linspace(0, np.pi / 2, PLANES + 1):
@@ -196,7 +177,8 @@ def _largest_shear(s):
 
 
 @njit(cache=True)
-def _dang_van(path, weight):
+def dang_van_stress(path, weight):
+    """Largest tau + weight sigma_h [Pa] of a closed path (t, 6) of stresses, order VOIGT."""
     t = path.shape[0]
     points, centre, s = np.empty((t, 6)), np.empty(6), np.empty(6)
     root = np.sqrt(2.0)  # shears count twice in a tensor's norm
@@ -215,8 +197,9 @@ def _dang_van(path, weight):
 
 
 @njit(cache=True)
-def _jiang(path, share, young, poisson, normals):
-    """Largest over planes; the shear range is that of the widest of DIRECTIONS in the plane."""
+def jiang_sehitoglu(path, share, young, poisson, normals):
+    """FP [Pa] of a closed path (t, 6) of elastic stresses, the largest over planes of normals (k, 3); the shear range
+    is that of the widest of DIRECTIONS in the plane. Error: planes 10 degrees apart, 2 % at most."""
     best, shear = 0.0, young / (2.0 * (1.0 + poisson))
     turn = np.pi / DIRECTIONS * np.arange(DIRECTIONS)
     cosine, sine = np.cos(turn), np.sin(turn)
@@ -255,5 +238,5 @@ def _jiang(path, share, young, poisson, normals):
 def _criteria(path, weight, share, young, poisson, normals, dang_van, jiang):
     for i in range(path.shape[0]):
         for j in range(path.shape[1]):
-            dang_van[i, j] = _dang_van(path[i, j], weight)
-            jiang[i, j] = _jiang(path[i, j], share, young, poisson, normals)
+            dang_van[i, j] = dang_van_stress(path[i, j], weight)
+            jiang[i, j] = jiang_sehitoglu(path[i, j], share, young, poisson, normals)

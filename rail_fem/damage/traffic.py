@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -64,12 +65,6 @@ class Event:
     keeps_crack: float = 0.0
     removes: float = 0.2e-3
 
-    def __post_init__(self) -> None:
-        if not (0 <= self.keeps_depth <= 1 and 0 <= self.keeps_crack <= 1 and self.removes >= 0 and self.time >= 0):
-            raise TrafficError(
-                f"{self.name} at {self.time} years: shares kept lie in [0, 1], what is removed is 0 or more"
-            )
-
 
 WELD = Event(0.0, "welding", keeps_depth=0.0, keeps_crack=0.0, removes=0.0)
 
@@ -81,14 +76,9 @@ def maintenance(grindings: Sequence[float], weldings: Sequence[float], removes: 
     return tuple(sorted(events, key=lambda event: event.time))
 
 
-@dataclass(frozen=True)
-class Life:
-    """time [years], depth [m] and crack index (n,) at the moments where anything changes; reached : what limit ends it
-    and when, or "" and the horizon."""
+class Life(NamedTuple):
+    """reached : what limit ends it, and when [years]; or "" and the horizon."""
 
-    time: np.ndarray
-    depth: np.ndarray
-    crack: np.ndarray
     reached: str
     years: float
 
@@ -114,33 +104,20 @@ def life(
     begun : time [years], depth [m] and crack index from which it goes on
     A negative crack rate (wear removes cracks) keeps the index at 0.
     """
-    if not (np.isfinite([depth_rate, crack_rate]).all() and depth_rate >= 0 and depth_limit > 0):
-        raise TrafficError(
-            f"depth {depth_rate!r} m a year, cracks {crack_rate!r} a year, limit {depth_limit!r} m: give finite rates,"
-            " a depth of 0 or more and a limit above 0"
-        )
-    rows, (now, depth, crack) = [begun], begun
+    now, depth, crack = begun
     for event in [*sorted((e for e in events if e.time < horizon), key=lambda e: e.time), None]:
         end = horizon if event is None else event.time
         to_depth = now + (depth_limit - depth) / depth_rate if depth_rate > 0 else np.inf
         to_crack = now + (1 - crack) / crack_rate if crack_rate > 0 else np.inf
         at = min(to_depth, to_crack)
         if at <= end:
-            depth, crack = depth + depth_rate * (at - now), max(crack + crack_rate * (at - now), 0.0)
-            return _life([*rows, (at, depth, crack)], "depth" if to_depth <= to_crack else "cracks", at)
+            return Life("depth" if to_depth <= to_crack else "cracks", float(at))
         depth, crack, now = depth + depth_rate * (end - now), max(crack + crack_rate * (end - now), 0.0), end
-        rows.append((now, depth, crack))
         if event is not None:
             depth, crack = event.keeps_depth * depth + event.removes, event.keeps_crack * crack
-            rows.append((now, depth, crack))
             if depth >= depth_limit:
-                return _life(rows, f"depth, by {event.name}", now)
-    return _life(rows, "", horizon)
-
-
-def _life(rows: list[tuple[float, float, float]], reached: str, years: float) -> Life:
-    time, depth, crack = np.array(rows).T
-    return Life(time, depth, crack, reached, float(years))
+                return Life(f"depth, by {event.name}", float(now))
+    return Life("", float(horizon))
 
 
 @dataclass(frozen=True)

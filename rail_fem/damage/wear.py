@@ -138,30 +138,6 @@ class WearMap:
     most: tuple[tuple[float, ...], ...]
     source: str = ""
 
-    def __post_init__(self) -> None:
-        for name, borders in (("pressure", self.pressure), ("velocity", self.velocity)):
-            values = np.array(borders, float)
-            if not np.isfinite(values).all() or (values <= 0).any() or (np.diff(values) <= 0).any():
-                raise WearError(f"wear map: {name} borders {borders} must be positive and grow")
-        shape = len(self.pressure) + 1, len(self.velocity) + 1
-        for name in ("least", "most"):
-            rows = getattr(self, name)
-            if len(rows) != shape[0] or any(len(row) != shape[1] for row in rows):
-                raise WearError(
-                    f"wear map: {name} has rows of {[len(row) for row in rows]} coefficients; {len(self.pressure)}"
-                    f" pressure and {len(self.velocity)} velocity borders make {shape[0]} rows of {shape[1]}: a map"
-                    " must have no holes"
-                )
-            values = np.array(rows, float)
-            if not np.isfinite(values).all() or (values < 0).any():
-                at = np.argwhere(~np.isfinite(values) | (values < 0))[0]
-                raise WearError(
-                    f"wear map: {name}, row {at[0] + 1}, column {at[1] + 1} is {values[tuple(at)]!r}: every region"
-                    " needs a coefficient of 0 or more"
-                )
-        if (np.array(self.least) > np.array(self.most)).any():
-            raise WearError("wear map: a region's least coefficient is above its most: exchange the two")
-
     def coefficient(self, pressure: np.ndarray, velocity: np.ndarray, share: float) -> np.ndarray:
         """Coefficient at p / H and slip velocity [m/s]; share of the scatter: 0 the least, 0.5 the middle, 1 the
         most."""
@@ -224,14 +200,6 @@ class Archard(OverStrips):
     coefficient: float | None = None
     label: str = "Archard, Jendel's map"
 
-    def __post_init__(self) -> None:
-        if not (np.isfinite(self.hardness) and self.hardness > 0):
-            raise WearError(f"hardness {self.hardness!r} Pa: Archard's law needs one above 0; 260 HB is about 2.6e9 Pa")
-        if not 0 <= self.share <= 1:
-            raise WearError(f"share {self.share!r} of the map's scatter: give 0 to 1")
-        if self.coefficient is not None and not (np.isfinite(self.coefficient) and self.coefficient >= 0):
-            raise WearError(f"wear coefficient {self.coefficient!r}: give 0 or more")
-
     def cells(self, patch: Patches, speed: float) -> np.ndarray:
         """(..., nx, ny) depth [m] of each cell."""
         refuse_unsolved(patch, speed)
@@ -276,9 +244,6 @@ class Usfd(OverStrips):
     plateau: float = 55.0e-3
     label: str = "USFD"
 
-    def __post_init__(self) -> None:
-        refuse_negative("USFD", *self.limits, *self.slope, self.plateau)
-
     def rate(self, index: np.ndarray) -> np.ndarray:
         """Mass per metre rolled and area [kg/m3] at T gamma / A [N/m2]."""
         x = np.asarray(index, float)
@@ -309,9 +274,6 @@ class BritishRail(OverStrips):
     offset: float = 154.0
     label: str = "BRR"
 
-    def __post_init__(self) -> None:
-        refuse_negative("BRR", *self.limits, *self.slope, self.plateau, self.offset)
-
     def section_times_diameter(self, index: float | np.ndarray) -> np.ndarray:
         """Worn section of the wheel per km times its diameter [mm2/km mm] at T gamma [N]."""
         x = np.asarray(index, float)
@@ -337,21 +299,11 @@ class KrausePoll(OverStrips):
     limit: float = 4e6
     label: str = "Krause-Poll"
 
-    def __post_init__(self) -> None:
-        refuse_negative("Krause-Poll", self.mild, self.severe, self.limit)
-
     def cells(self, patch: Patches, speed: float) -> np.ndarray:
         """(..., nx, ny) depth [m] of each cell."""
         refuse_unsolved(patch, speed)
         power = ratio(patch.frictional_power * abs(speed), patch.contact_area)
         return friction_work_of_cells(patch) * to_cells(np.where(power > self.limit, self.severe, self.mild))
-
-
-def refuse_negative(law: str, *coefficients: float) -> None:
-    """Raise WearError for a coefficient below 0 or not finite."""
-    for value in coefficients:
-        if not (np.isfinite(value) and value >= 0):
-            raise WearError(f"{law}: coefficient {value!r}: give a finite number of 0 or more")
 
 
 def worn_area(law: WearLaw, patch: Patch, speed: float) -> float:

@@ -6,8 +6,8 @@ import pytest
 from bem.halfspace.fastsim import elliptic_patch, fastsim
 from bem.material import STEEL
 from bem.patch import Creepage, Grid, Patch
-from rail_fem.damage.fatigue import ShakedownPoint, WholeLifeRail, shakedown_limits, shakedown_point
-from rail_fem.damage.heat import HeatSteel, flash_temperature
+from rail_fem.damage.fatigue import WholeLifeRail, shakedown_limits, shakedown_point
+from rail_fem.damage.heat import EFFUSIVITY, flash_temperature
 from rail_fem.damage.wear import WearError
 
 MODEL = WholeLifeRail()
@@ -55,8 +55,6 @@ def test_fatigue_index_is_the_maps_right_border():
     assert found.traction == pytest.approx(0.3, rel=1e-6)
     assert found.index == pytest.approx(0.3 - 2 * np.pi * 6e-3 * 4e-3 * 300e6 / (3 * 80e3), rel=5e-3)
     assert shakedown_point(patch, 0.3 * p0).index == pytest.approx(0.0, abs=2e-3)
-    assert found.ratchets and found.life == pytest.approx(10 * found.index**-4)
-    assert ShakedownPoint(3.0, 0.1, -0.2).life == np.inf
 
 
 def test_line_contact_yields_at_three_point_three_and_shakes_down_to_four_k():
@@ -73,12 +71,12 @@ def test_line_contact_yields_at_three_point_three_and_shakes_down_to_four_k():
 def test_flash_temperature_of_an_even_flux_is_carslaw_and_jaegers():
     """2 q sqrt(t / pi) / sqrt(lambda rho c) at the rear of a patch that slides evenly, whichever way it rolls."""
     grid = Grid.over((-5e-3, 5e-3), (-4e-3, 4e-3), 40, 4)
-    pressure, steel = np.full(grid.shape, 1e9), HeatSteel()
+    pressure = np.full(grid.shape, 1e9)
     traction = np.stack([np.full(grid.shape, -3e8), np.zeros(grid.shape)], axis=2)
     slip = np.stack([np.full(grid.shape, 0.02), np.zeros(grid.shape)], axis=2)
     patch = Patch(grid, None, pressure, 0.0, "even", traction, slip)
     for speed in (20.0, -20.0):
-        exact = 2 * (3e8 * 0.02 * 20.0 / 2) * np.sqrt(10e-3 / 20.0 / np.pi) / steel.effusivity
+        exact = 2 * (3e8 * 0.02 * 20.0 / 2) * np.sqrt(10e-3 / 20.0 / np.pi) / EFFUSIVITY
         rise = flash_temperature(patch, speed)
         assert rise.max() == pytest.approx(exact, rel=1e-12)
         assert rise[0 if speed > 0 else -1] == pytest.approx(exact, rel=1e-12)
@@ -92,9 +90,3 @@ def test_flash_temperature_of_a_hertz_patch_converges():
         rolled = fastsim(patch, STEEL, STEEL, 0.3, Creepage(0.02), estimate=False)
         rise.append(flash_temperature(rolled, 20.0).max())
     assert abs(rise[1] / rise[2] - 1) < 0.01 and 100 < rise[2] < 2000
-
-
-@pytest.mark.parametrize("k", [0.0, -1.0, np.nan])
-def test_shear_yield_must_be_one(k):
-    with pytest.raises(WearError, match="shear yield"):
-        shakedown_point(sliding(), k)
