@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from geometry.path.contact_band import band_edges
+from geometry.path.wheel_path import WheelPath
 from geometry.surfaces.any_crossing import AnyCrossing
+from geometry.surfaces.bodies import BODIES
 from geometry.surfaces.crossing import CrossingError
 from rail_fem.light.rigid import rigid_path
 from rail_fem.scene.scene import Scene
-from rail_fem.show.panels import band, curve, titled
-from rail_fem.show.style import BODY, GREEN, GREY, PURPLE, TOTAL, new_figure, scene_words
+from rail_fem.show.panels import Panel, panels_figure
+from rail_fem.show.style import scene_words
 
 BEFORE, BEHIND = 0.45, 0.55  # of the crossing drawn, before the leg's end and behind the nose's begin [m]
 GAUGE_DEPTH = 14e-3
@@ -24,17 +27,12 @@ def crossing_figure(scene: Scene) -> Figure:
     crossing = scene.crossing.surface
     x = drawn_range(crossing)
     path = rigid_path(scene, x)
-    figure = new_figure(12.5)
-    grid = figure.add_gridspec(3, 3, height_ratios=[1.25, 1, 1.25])
-    plan, long = figure.add_subplot(grid[0, :]), figure.add_subplot(grid[1, :])
-    positions = section_positions(crossing, path.transfers, x)
-    draw_plan(plan, crossing, x, path)
-    draw_long_section(long, crossing, x, path)
-    for k, (words, at) in enumerate(positions):
-        for axes in (plan, long):
-            axes.axvline(MM * at, color=GREY, ls="--", lw=1)
-        draw_section(figure.add_subplot(grid[2, k]), scene, crossing, at, f"{words}, x = {MM * at:.0f} mm", k == 0)
-    return titled(figure, f"The crossing of the case: {scene_words(scene)}", 13)
+    sections = [
+        section_panel(scene, crossing, at, f"{words}, x = {MM * at:.0f} mm")
+        for words, at in section_positions(crossing, path.transfers, x)
+    ]
+    panels = [plan_panel(crossing, x, path), long_panel(crossing, x, path), *sections]
+    return panels_figure(panels, f"The crossing of the case: {scene_words(scene)}", columns=1)
 
 
 def drawn_range(crossing: AnyCrossing) -> np.ndarray:
@@ -56,56 +54,43 @@ def section_positions(crossing: AnyCrossing, transfers: np.ndarray, x: np.ndarra
     return [(words, float(np.clip(at, x[0], x[-1]))) for words, at in positions]
 
 
-def draw_plan(axes, crossing: AnyCrossing, x: np.ndarray, path) -> None:
-    """Metal above the gauge depth, and where the rigid wheel touches."""
-    y = np.arange(-0.06, 0.13, 0.5e-3)
+def outline(crossing: AnyCrossing, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
+    """(n, 2)  both sides of a body at x (n,), where it passes the gauge depth [m]; NaN where it is not."""
     grid_x, grid_y = np.meshgrid(x, y, indexing="ij")
-    for body, colour in BODY.items():
-        height = crossing.top_height(grid_x, grid_y, body)
-        inside = height > -GAUGE_DEPTH
-        there = inside.any(axis=1)
-        low = np.where(there, y[np.argmax(inside, axis=1)], np.nan)
-        high = np.where(there, y[len(y) - 1 - np.argmax(inside[:, ::-1], axis=1)], np.nan)
-        band(axes, MM * x, MM * low, MM * high, f"{body}, above 14 mm depth", colour, 0.25)
-        axes.plot(MM * x, MM * low, color=colour, lw=1)
-        axes.plot(MM * x, MM * high, color=colour, lw=1)
-    point = path.contact_point
-    axes.plot(MM * point[:, 0], MM * point[:, 1], ".", ms=2.5, color=TOTAL, label="contact of the rigid wheel")
-    axes.set(ylabel="y [mm], + field side", title="plan (widths enlarged)")
-    axes.legend(loc="upper left", ncols=3)
+    height = crossing.top_height(grid_x, grid_y, body)
+    return band_edges(np.where(height > -GAUGE_DEPTH, -1.0, 1.0), y, 0.0)
 
 
-def draw_long_section(axes, crossing: AnyCrossing, x: np.ndarray, path) -> None:
-    """Heights of both bodies along the line on which the wheel's tread datum runs, and the axle's path."""
-    carrier = path.contact_point[:, 1]
-    for body, colour in BODY.items():
-        height = crossing.top_height(x, carrier, body)
-        curve(axes, MM * x, MM * np.where(height > -8e-3, height, np.nan), f"{body} under the contact", colour)
-    axes.plot(MM * x, MM * path.height, color=TOTAL, lw=2, label="axle of the rigid wheel, against plain line")
-    for at in path.transfers:
-        axes.axvline(MM * at, color=GREEN, lw=2, ls=(0, (6, 2)))
-    axes.set(ylabel="height [mm]", title="long section (heights enlarged)")
-    axes.set_xlabel("x [mm], 0 where the gauge lines intersect")
-    axes.margins(y=0.25)
-    axes.legend(loc="lower left", ncols=3)
+def plan_panel(crossing: AnyCrossing, x: np.ndarray, path: WheelPath) -> Panel:
+    """Metal above the gauge depth, and where the rigid wheel touches; widths enlarged."""
+    y = np.arange(-0.06, 0.13, 0.5e-3)
+    lines: dict[str, tuple] = {
+        f"{body}, above 14 mm depth": (MM * x, MM * outline(crossing, x, y, body).T, "band") for body in BODIES
+    }
+    lines["contact of the rigid wheel"] = *MM * path.contact_point[:, :2].T, "."
+    return Panel("x [mm]", "y [mm], + field side", lines, "plan (widths enlarged)")
 
 
-def draw_section(axes, scene: Scene, crossing: AnyCrossing, x: float, words: str, name: bool) -> None:
+def long_panel(crossing: AnyCrossing, x: np.ndarray, path: WheelPath) -> Panel:
+    """Heights of both bodies along the line of contact, and the axle's path with the transfers."""
+    heights = {body: crossing.top_height(x, path.contact_point[:, 1], body) for body in BODIES}
+    lines: dict[str, tuple] = {
+        f"{body}, under the contact": (MM * x, MM * np.where(own > -8e-3, own, np.nan)) for body, own in heights.items()
+    }
+    lines["axle of the rigid wheel, against plain line"] = MM * x, MM * path.height
+    lines["transfers"] = MM * path.transfers, MM * np.interp(path.transfers, x, path.height), "D"
+    return Panel("x [mm], 0 where the gauge lines intersect", "height [mm]", lines, "long section (heights enlarged)")
+
+
+def section_panel(scene: Scene, crossing: AnyCrossing, x: float, words: str) -> Panel:
     """Both bodies at x, and the wheel as it stands on them."""
-    for body, colour in BODY.items():
-        line = crossing.wing_section(x) if body == "wing" else crossing.nose_section(x)
-        if line is not None:
-            axes.fill(*(MM * line.T), color=colour, alpha=0.3, lw=0)
-            axes.plot(*(MM * line.T), color=colour, lw=1.8, label=body)
+    sections = {"wing": crossing.wing_section(x), "nose": crossing.nose_section(x)}
+    lines = {body: tuple(MM * line.T) for body, line in sections.items() if line is not None}
     path, wheel = rigid_path(scene, np.array([x])), scene.wheel.shape
     at_x, at_y, at_z = path.contact_point[0]
     y = np.arange(wheel.points[0, 0], wheel.points[-1, 0], 0.5e-3)
     # the wheel's own section at its axle: the contact may lie ahead of it
     radius = scene.wheel.radius - wheel.height(np.array([at_y - scene.wheel_datum_y]))[0]
     axle = at_z + np.sqrt(radius**2 - (at_x - x) ** 2)
-    height = axle - scene.wheel.radius + wheel.height(y)
-    curve(axes, MM * (y + scene.wheel_datum_y), MM * height, "wheel", PURPLE, 1.8)
-    axes.set(title=words, xlabel="y [mm]", xlim=(-65, 130), ylim=(-60, 35), aspect="equal")
-    if name:
-        axes.set_ylabel("z [mm]")
-        axes.legend(loc="upper right", fontsize=9)
+    lines["wheel"] = MM * (y + scene.wheel_datum_y), MM * (axle - scene.wheel.radius + wheel.height(y))
+    return Panel("y [mm]", "z [mm]", lines, words, equal=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -23,18 +24,22 @@ def new_panels(height: float, *shape: int, layout: str = "constrained", **grid: 
 class Panel(NamedTuple):
     """What against what. lines : by its words (x, y), and a third that says how it looks where it is no line: marks and
     dashes as matplotlib has them, "band" of y = (low, high), "bars" of y = (values, half widths). What begins with a
-    body's name has its colour, what begins with "_" stands in no legend.  log : the logarithmic axes, e.g. "xy"."""
+    body's name has its colour, what begins with "_" stands in no legend.  log : the logarithmic axes, e.g. "xy";
+    equal : one scale on both."""
 
     xlabel: str
     ylabel: str
     lines: Mapping[str, Sequence[Any]]
     title: str = ""
     log: str = ""
+    equal: bool = False
 
     def draw(self, axes) -> None:
         """On these axes, lines in the order of the common colours."""
-        for number, (words, (x, y, *look)) in enumerate(self.lines.items()):
-            colour = BODY.get(words.lstrip("_").partition(",")[0].partition(" ")[0], CURVES[number % len(CURVES)])
+        bodies = [BODY.get(words.lstrip("_").partition(",")[0].partition(" ")[0]) for words in self.lines]
+        others = itertools.cycle(colour for colour in CURVES if colour not in bodies)
+        for of_body, (words, (x, y, *look)) in zip(bodies, self.lines.items()):
+            colour = of_body or next(others)
             if look == ["band"]:
                 band(axes, x, y[0], y[1], words, colour)
             elif look == ["bars"]:
@@ -42,7 +47,7 @@ class Panel(NamedTuple):
             else:
                 axes.plot(x, y, *look, color=colour, mfc="none", label=words)
         axes.set(xlabel=self.xlabel, ylabel=self.ylabel, title=self.title)
-        axes.set(**{f"{name}scale": "log" for name in self.log})
+        axes.set(**{f"{name}scale": "log" for name in self.log}, aspect="equal" if self.equal else "auto")
         if any(not words.startswith("_") for words in self.lines):
             axes.legend(fontsize=9)
 

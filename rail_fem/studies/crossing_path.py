@@ -22,7 +22,7 @@ from geometry.surfaces.bodies import BODIES
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.sections import SectionCrossing, section_path
 from rail_fem.scene.wheel_profile import wheel_shape
-from rail_fem.show.crossing_figure import GAUGE_DEPTH
+from rail_fem.show.crossing_figure import GAUGE_DEPTH, outline
 from rail_fem.show.panels import Panel
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
@@ -99,13 +99,6 @@ def against_sections(file: Path, paths: dict[str, WheelPath], radius: float) -> 
             f" ({path.transfers[0] / MM:.0f} mm)"
         )
     return "\n".join(rows)
-
-
-def outline(crossing: CastCrossing, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
-    """(n, 2)  both sides of a body at x (n,), where it passes the gauge depth [m]; NaN where it is not."""
-    grid_x, grid_y = np.meshgrid(x, y, indexing="ij")
-    height = crossing.top_height(grid_x, grid_y, body)
-    return band_edges(np.where(height > -GAUGE_DEPTH, -1.0, 1.0), y, 0.0)
 
 
 def panels(crossing: CastCrossing, paths: dict[str, WheelPath], numbers: dict[str, PathNumbers]) -> list[Panel]:
