@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from rail_fem.commands import start
+from rail_fem.commands.app import app as app_command
 from rail_fem.commands.compare import compare
 from rail_fem.commands.damage import damage
 from rail_fem.commands.design import design
@@ -38,6 +39,7 @@ COMMANDS: dict[str, tuple[Callable[..., Any], str]] = {
     "profile": (profile, "Read, judge, draw, convert a profile file"),
     "check": (check, "What a case means, costs and risks"),
     "run": (run, "Run a case"),
+    "app": (app_command, "Sliders in a browser, light models at once"),
     "show": (show, "What a run or a sweep found, or how far it is"),
     "sweep": (sweep, "Run many cases, or one with values varied"),
     "compare": (compare, "Cost against error of several models"),

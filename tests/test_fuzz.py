@@ -2,7 +2,8 @@
 sentence: never in an exception that is not the project's own.
 
 Options, arguments and parameters are those of the program itself, so that a new one is tried as well. Left out:
-`doctor`, which takes none and starts processes; studies by their names; cases that compute for longer than a second.
+`doctor`, which takes none and starts processes; `app`, which does not end; studies by their names; cases that compute
+for longer than a second.
 """
 
 import inspect
@@ -25,7 +26,7 @@ import geometry
 import rail_fem
 from rail_fem.cli import app
 
-COMMANDS = {name: one for name, one in typer.main.get_command(app).commands.items() if name != "doctor"}
+COMMANDS = {name: one for name, one in typer.main.get_command(app).commands.items() if name not in ("doctor", "app")}
 FILES = ["case.toml", "broken.toml", "run", "sweep", "empty", "binary", "profile.csv", "record.csv", "own.msh", "pipe",
          "utf16.csv", "nowhere/x", ".", "long" * 80, "a\nb", "\udcff"]  # fmt: skip
 WORDS = ["", " ", "-1", "0", "16", "1e400", "nan", "-inf mm", "9" * 30, "80 kN", "5 mm", "-6 mm:6 mm:3", "1:2:9e9",

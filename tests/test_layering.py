@@ -83,7 +83,7 @@ STOREYS = (
     ("run",),
     ("sweeps", "measurement"),
     ("design",),
-    ("studies",),
+    ("studies", "app"),
     ("commands",),
     ("cli",),
 )

@@ -6,6 +6,7 @@
   };
   try {
     const charts = JSON.parse(await unpack("charts"));
+    const draws = [];
     const library = document.createElement("script");
     library.textContent = await unpack("library");
     document.head.append(library);
@@ -23,11 +24,16 @@
         Plotly.react(plot, data, layout, { responsive: true, displaylogo: false });
       };
       menus.forEach((menu) => menu.addEventListener("change", draw));
+      draws.push(draw);
       draw();
       if (block.classList.contains("turns")) {
         still();
         plot.on("plotly_relayout", still);
       }
+    });
+    document.addEventListener("charts", ({ detail }) => {
+      charts.splice(0, charts.length, ...detail);
+      draws.forEach((draw) => draw());
     });
     document.body.dataset.drawn = "yes";
   } catch (error) {

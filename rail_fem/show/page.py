@@ -42,7 +42,7 @@ FRAME = """<!DOCTYPE html>
 <head>
 <meta charset="utf-8">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data: blob:; \
-style-src 'unsafe-inline'; script-src {hashes}">
+style-src 'unsafe-inline'; {connects}script-src {hashes}">
 <meta name="viewport" content="width=device-width">
 <title>{title}</title>
 <style>
@@ -97,8 +97,11 @@ def image(path: Path, words: str) -> str:
     return f'<img alt="{text(words)}" src="data:image/png;base64,{data}">'
 
 
-def document(title: str, parts: Sequence[Part]) -> str:
-    """The page. Errors: ModuleNotFoundError where plotly is not installed, with what to do."""
+def document(title: str, parts: Sequence[Part], more: str = "") -> str:
+    """The page. more : a script besides its own, which may ask the server that the page came from
+
+    Errors: ModuleNotFoundError where plotly is not installed, with what to do.
+    """
     try:
         from plotly.offline import get_plotlyjs
     except ModuleNotFoundError as error:
@@ -109,12 +112,13 @@ def document(title: str, parts: Sequence[Part]) -> str:
     charts = json.dumps([part.pictures for part in parts if isinstance(part, Chart)], allow_nan=False)
     return FRAME.format(
         title=text(title),
-        hashes=" ".join(f"'sha256-{_digest(script)}'" for script in (own["js"], library)),
+        hashes=" ".join(f"'sha256-{_digest(script)}'" for script in (own["js"] + more, library)),
+        connects="connect-src 'self'; " if more else "",
         style=own["css"],
         body="\n".join([f"<h1>{text(title)}</h1>", *body]),
         charts=_pressed(charts),
         library=_pressed(library),
-        script=own["js"],
+        script=own["js"] + more,
     )
 
 
@@ -148,12 +152,12 @@ def write_page(folders: Sequence[Path], path: Path, names: Sequence[str] = ()) -
     names = names or [folder.resolve().name for folder in folders]
     runs = [NamedResult(name, load(folder)) for name, folder in zip(names, folders)]
     title = runs[0].result.title or runs[0].name if len(runs) == 1 else f"{len(runs)} runs beside each other"
-    parts: list[Part] = [*_asked(runs), *_numbers(runs)]
+    parts: list[Part] = [*_asked(runs), *numbers(runs)]
     if any(len(run.result.history["x"]) for run in runs):
         parts += [heading("Contact forces and heights"), heights(runs)]
         if (more := any_history(runs)) is not None:
             parts += [heading("Any other quantity over x"), more]
-    parts += [*_strain(runs, folders), *_left(runs), *_trust(runs), *_form(runs), *_cost(runs), *_again(runs)]
+    parts += [*_strain(runs, folders), *_left(runs), *trust(runs), *_form(runs), *_cost(runs), *_again(runs)]
     write_text_atomically(path, document(title, parts))
     return path
 
@@ -185,7 +189,8 @@ def _words(name: str) -> str:
     return FORCES.get(name, name.replace("_", " "))
 
 
-def _numbers(runs: Sequence[NamedResult]) -> list[Part]:
+def numbers(runs: Sequence[NamedResult]) -> list[Part]:
+    """Headline numbers with both bars, and flights."""
     bar = lambda one: f" \u00b1 {one}" if one else ""
 
     def beside_rows(result: PassResult) -> Rows:
@@ -239,7 +244,8 @@ def _left(runs: Sequence[NamedResult]) -> list[Part]:
     return [heading("Metal"), metal] if metal else []
 
 
-def _trust(runs: Sequence[NamedResult]) -> list[Part]:
+def trust(runs: Sequence[NamedResult]) -> list[Part]:
+    """Rows of trust, error estimates, warnings and notes of each run."""
     parts: list[Part] = [heading("How far to trust it")]
     for run in runs:
         own = [f"<h3>{text(run.name)}</h3>"] if len(runs) > 1 else []

@@ -4,11 +4,7 @@ what a stranger wrote stays text."""
 import base64
 import gzip
 import json
-import os
 import shutil
-import subprocess
-import tempfile
-import time
 from html.parser import HTMLParser
 
 import numpy as np
@@ -21,12 +17,12 @@ from rail_fem.show.page import write_page
 from rail_fem.show.page_charts import packed, thinned
 from rail_fem.show.report import headlines
 from rail_fem.sweeps.chooser import sweep_chart
+from tests.browser import Browser, needs_chromium
 from tests.commands import call
 from tests.rail_fem.surrogate_run import surrogate_mesh, surrogate_strain, write_run
 
 pytest.importorskip("plotly")
 LARGEST = 6e6  # bytes of a page
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 EVIL = "<script>alert(1)</script><img src=x onerror=alert(2)>"
 
 
@@ -161,77 +157,19 @@ def test_a_sweep_is_drawn_by_choice_as_its_figure_is(tmp_path):
     assert "8 runs" in Page(tmp_path / "sweep.html").words
 
 
-class Browser:
-    """A headless Chromium, spoken to over its pipe: messages in JSON that end with a zero byte (Chrome DevTools
-    Protocol)."""
-
-    def __init__(self, folder):
-        (self.ear, mouth), (ear, self.mouth) = os.pipe(), os.pipe()
-        flags = "--headless=new --no-sandbox --disable-gpu --enable-unsafe-swiftshader --remote-debugging-pipe"
-        line = f"exec {CHROMIUM} {flags} --user-data-dir={folder} about:blank 3<&{ear} 4>&{mouth}"
-        quiet = subprocess.DEVNULL
-        self.process = subprocess.Popen(["bash", "-c", line], pass_fds=(ear, mouth), stdout=quiet, stderr=quiet)
-        os.close(ear)
-        os.close(mouth)
-        self.count, self.heard, self.told, self.session = 0, b"", [], {}
-
-    def ask(self, method, **params):
-        self.count += 1
-        message = {"id": self.count, "method": method, "params": params} | self.session
-        os.write(self.mouth, json.dumps(message).encode() + b"\0")
-        while True:
-            while b"\0" not in self.heard:
-                more = os.read(self.ear, 1 << 20)
-                assert more, "chromium has ended"
-                self.heard += more
-            one, _, self.heard = self.heard.partition(b"\0")
-            answer = json.loads(one)
-            if answer.get("id") == self.count:
-                return answer["result"]
-            self.told.append(answer)
-
-    def open(self, path):
-        target = self.ask("Target.createTarget", url="about:blank")["targetId"]
-        self.session = {"sessionId": self.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]}
-        for part in ("Runtime", "Log", "Page"):
-            self.ask(f"{part}.enable")
-        self.ask("Page.navigate", url=path.as_uri())
-
-    def value(self, code):
-        return self.ask("Runtime.evaluate", expression=code, returnByValue=True)["result"].get("value")
-
-    def faults(self):
-        """What its console has said that is an error."""
-        errors = [one["params"] for one in self.told if one.get("method") == "Runtime.exceptionThrown"]
-        said = [one["params"] for one in self.told if one.get("method") == "Runtime.consoleAPICalled"]
-        logs = [one["params"]["entry"] for one in self.told if one.get("method") == "Log.entryAdded"]
-        return errors + [one for one in said if one["type"] == "error"] + [x for x in logs if x["level"] == "error"]
-
-
-@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to draw a page in: apt-get install chromium")
+@needs_chromium
 def test_a_browser_draws_the_page_and_a_choice_changes_the_curve(run, page):
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        browser = Browser(folder)
-        try:
-            browser.open(page)
-            for _ in range(600):
-                if browser.value("document.body?.dataset.drawn"):
-                    break
-                time.sleep(0.2)
-            words = browser.value("document.body.innerText")
-            assert all(one.value in words and one.elements in words for one in headlines(load_result(run)))
-            lines = (
-                "[...document.querySelectorAll('.chart')[1].querySelectorAll('.js-line')].map(e => e.getAttribute('d'))"
-            )
-            before = browser.value(lines)
-            choose = (
-                "(menu => { menu.selectedIndex = 1; menu.dispatchEvent(new Event('change')) })"
-                "(document.querySelectorAll('.chart select')[0])"
-            )
-            browser.value(choose)
-            assert before and before != browser.value(lines)
-            assert browser.value("document.querySelectorAll('.turns canvas').length") > 0
-            assert browser.value("document.getElementById('undrawn').hidden") and not browser.faults()
-        finally:
-            browser.process.terminate()
-            browser.process.wait(30)
+    with Browser(page.as_uri()) as browser:
+        browser.wait("document.body?.dataset.drawn")
+        words = browser.value("document.body.innerText")
+        assert all(one.value in words and one.elements in words for one in headlines(load_result(run)))
+        lines = "[...document.querySelectorAll('.chart')[1].querySelectorAll('.js-line')].map(e => e.getAttribute('d'))"
+        before = browser.value(lines)
+        choose = (
+            "(menu => { menu.selectedIndex = 1; menu.dispatchEvent(new Event('change')) })"
+            "(document.querySelectorAll('.chart select')[0])"
+        )
+        browser.value(choose)
+        assert before and before != browser.value(lines)
+        assert browser.value("document.querySelectorAll('.turns canvas').length") > 0
+        assert browser.value("document.getElementById('undrawn').hidden") and not browser.faults()
