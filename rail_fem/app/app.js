@@ -6,7 +6,7 @@
     const answer = await fetch(location.pathname + what, { method: "POST", headers: head, body: JSON.stringify(body) });
     return answer.json();
   };
-  const written = (box) => `${box.value} ${box.dataset.unit}`.trim();
+  const written = (box) => (box.type !== "number" ? box.value : box.dataset.unit ? `${box.value} ${box.dataset.unit}` : Number(box.value));
   const values = () =>
     Object.fromEntries(boxes.filter((box) => box.value !== box.dataset.first).map((box) => [box.dataset.key, written(box)]));
   const say = (name, words, bad) => {
@@ -36,7 +36,8 @@
         save();
         const took = performance.now() - begun;
         document.body.dataset.took = took;
-        say("state", `Drawn ${(took / 1000).toFixed(2)} s after the change.`);
+        const other = Object.entries(values()).map(([key, value]) => `${key} ${value}`).join(", ");
+        say("state", `Other than in the case file: ${other || "nothing"}. Drawn in ${(took / 1000).toFixed(2)} s.`);
       } catch {
         say("state", "No answer: rail-fem app has ended, or its terminal says why.", true);
       }

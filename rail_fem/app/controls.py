@@ -22,7 +22,7 @@ from rail_fem.scene.crossing import FAMILY_KEYS
 from rail_fem.scene.input_errors import meaning, plain, quantity_of, suggest
 from rail_fem.scene.units import show, si_factor, typed
 from rail_fem.scene.wheel_profile import WHEEL_NAMES
-from rail_fem.show.page import numbers, remark, text, trust
+from rail_fem.show.page import numbers, remark, shares, text, trust
 from rail_fem.show.page_charts import Chart, NamedResult, any_history, curve, heights
 from rail_fem.show.style import GREY
 
@@ -40,6 +40,7 @@ KEYS = (
     "scene.friction",
 )
 STEPS = 500  # of a slider, at least
+PLACE = "contact y"  # of all other quantities the first
 
 
 class Control(NamedTuple):
@@ -76,14 +77,14 @@ def _control(case: Case, key: str) -> Control:
     field = field_of(key)
     quantity, value = quantity_of(field), case.scene.axle_load if key == LOAD else value_of(case, key)
     if quantity is None:
-        return Control(key, meaning(field), "", value, choices=tuple(dict.fromkeys((value, *WHEEL_NAMES))))
+        return Control(key, meaning(field), "", str(value), choices=tuple(dict.fromkeys((str(value), *WHEEL_NAMES))))
     step = 10.0 ** math.floor(math.log10((quantity.high - quantity.low) / STEPS))
     number = show(value / si_factor(quantity.unit), "")
-    return Control(key, quantity.meaning, quantity.unit, number, quantity.low, quantity.high, step)
+    return Control(key, quantity.meaning.partition(";")[0], quantity.unit, number, quantity.low, quantity.high, step)
 
 
 def changed(case: Case, values: Any) -> Case:
-    """The case with other values of its controls, {key: text with its unit}, read and named as a sweep does.
+    """The case with other values of its controls, {key: text with its unit, or number}, read and named as a sweep does.
 
     Errors: CaseError, also for a key that is no control and for a profile that is none of its choices: what a browser
     sends names no file.
@@ -109,9 +110,10 @@ def seen(case: Case) -> Seen:
     result, beside = (solve(model, case.scene, case.runs[model]) for model in (SHOWN, BESIDE))
     warnings = (*case_warnings(case.scene, with_window(case.scene, settings)), *result.warnings)
     result = replace(result, title=case.title, warnings=warnings, form=form(result, by_passes=False))
+    runs = [NamedResult(SHOWN, result)]
     return Seen(
         _charts(result, beside),
-        "\n".join(str(part) for part in (*numbers([NamedResult(SHOWN, result)]), _off(), *_trusted(result))),
+        "\n".join(map(str, (*numbers(runs), _off(), *trust(runs), *shares(runs)))),
         written(case.title, case.scene, SHOWN, settings),
         command(case, SHOWN),
     )
@@ -128,7 +130,7 @@ def _charts(result: PassResult, beside: PassResult) -> list[Chart]:
     more = any_history([run])
     if more is None:
         return [top._replace(pictures={"": picture})]
-    first = sorted(more.pictures, key=lambda words: not words.startswith("contact"))
+    first = sorted(more.pictures, key=lambda words: not words.startswith(PLACE))
     return [top._replace(pictures={"": picture}), more._replace(menus={"quantity": first})]
 
 
@@ -139,10 +141,6 @@ def _off() -> str:
         f" {100 * most:.0f} %, all within {100 * every:.0f} %; the latter is in the bar of form. It resolves no plastic"
         " strain, bem_plastic and fe_full do; it feels no friction, fe_full does: start them below."
     )
-
-
-def _trusted(result: PassResult) -> list[str]:
-    return [str(part) for part in trust([NamedResult(SHOWN, result)])]
 
 
 def command(case: Case, model: str) -> str:

@@ -9,25 +9,23 @@ from __future__ import annotations
 
 import functools
 import json
-import multiprocessing
 import secrets
-import signal
 import threading
 from collections.abc import Mapping
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from rail_fem.app.controls import SHOWN, changed, form_of, seen
-from rail_fem.case.casefile import Case, CaseError, load_case
+from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.hierarchy import MODELS
 from rail_fem.output.progress import duration, read_status
 from rail_fem.output.strict_json import dumps
+from rail_fem.pool import executor
 from rail_fem.scene.units import typed
 from rail_fem.show.page import PAGE, Part, document, heading, remark, text, write_page
-from rail_fem.stopping import end_with_parent
 from rail_fem.sweeps.sweep import FAILED, Job, Outcome, run_job
 
 HERE = "127.0.0.1"
@@ -52,10 +50,7 @@ class App:
     def __init__(self, case: Path, out: Path, ranks: int):
         self.case, self.out, self.ranks = load_case(case), out, ranks
         self._one = threading.Lock()  # a pass at a time: the next one finds what this one has searched
-        self._workers = ProcessPoolExecutor(
-            1, multiprocessing.get_context("spawn"), end_with_parent, (int(signal.SIGTERM),)
-        )
-        self._workers.submit(int)  # begun from this thread, which stays: with its thread the process would end
+        self._workers: Executor | None = None
         self._run: tuple[Job, Future[Outcome]] | None = None
         self.page = self._page()
 
@@ -91,13 +86,15 @@ class App:
 
         Errors: CaseError, ValueError where one is running.
         """
-        model, values = (asked.get(name) for name in ("model", "values")) if isinstance(asked, Mapping) else (None, {})
-        if model not in MODELS:
+        table: Mapping[str, Any] = asked if isinstance(asked, Mapping) else {}
+        model = table.get("model")
+        if not isinstance(model, str) or model not in MODELS:
             raise ValueError(f"{typed(model)} is no model: choose among {', '.join(MODELS)}")
         if self._run is not None and not self._run[1].done():
             raise ValueError(f"{self._run[0].folder} is running: one run at a time, wait until it has ended")
-        case: Case = changed(self.case, values).by(model)
+        case = changed(self.case, table.get("values")).by(model)
         job = Job(case, model, self.out / case.name / model)
+        self._workers = self._workers or executor(1, home=run_job.__module__)
         self._run = job, self._workers.submit(run_job, job, self.ranks)
         return self.progress()
 
@@ -130,7 +127,8 @@ class App:
 
     def close(self) -> None:
         """End the run with its process; `rail-fem sweep` and another start go on with it."""
-        self._workers.shutdown(wait=False, cancel_futures=True)
+        if self._workers is not None:
+            self._workers.shutdown(wait=False, cancel_futures=True)
 
 
 class Handler(BaseHTTPRequestHandler):

@@ -157,7 +157,7 @@ def write_page(folders: Sequence[Path], path: Path, names: Sequence[str] = ()) -
         parts += [heading("Contact forces and heights"), heights(runs)]
         if (more := any_history(runs)) is not None:
             parts += [heading("Any other quantity over x"), more]
-    parts += [*_strain(runs, folders), *_left(runs), *trust(runs), *_form(runs), *_cost(runs), *_again(runs)]
+    parts += [*_strain(runs, folders), *_left(runs), *trust(runs), *shares(runs), *_cost(runs), *_again(runs)]
     write_text_atomically(path, document(title, parts))
     return path
 
@@ -264,7 +264,8 @@ def trust(runs: Sequence[NamedResult]) -> list[Part]:
     return parts
 
 
-def _form(runs: Sequence[NamedResult]) -> list[Part]:
+def shares(runs: Sequence[NamedResult]) -> list[Part]:
+    """What each simplification moves the forces by: rows of the bar of form."""
     parts: list[Part] = []
     for run in runs:
         causes, rows = form_table(run.result)
