@@ -43,7 +43,7 @@ STEPS = 500  # of a slider, at least
 PLACE = "contact y"  # of all other quantities the first
 
 
-class Control(NamedTuple):
+class Slider(NamedTuple):
     """One key that moves. value : as it is written, without its unit;  low, high, step : of a slider, in the unit
     choices : of a key that has no slider"""
 
@@ -67,20 +67,20 @@ class Seen(NamedTuple):
     command: str
 
 
-def controls(case: Case) -> list[Control]:
+def controls(case: Case) -> list[Slider]:
     """Those of KEYS that the case's crossing has, where the case stands."""
     own = FAMILY_KEYS[case.scene.crossing.family]
     return [_control(case, key) for key in KEYS if not key.startswith(CROSSING) or key.removeprefix(CROSSING) in own]
 
 
-def _control(case: Case, key: str) -> Control:
+def _control(case: Case, key: str) -> Slider:
     field = field_of(key)
     quantity, value = quantity_of(field), case.scene.axle_load if key == LOAD else value_of(case, key)
     if quantity is None:
-        return Control(key, meaning(field), "", str(value), choices=tuple(dict.fromkeys((str(value), *WHEEL_NAMES))))
+        return Slider(key, meaning(field), "", str(value), choices=tuple(dict.fromkeys((str(value), *WHEEL_NAMES))))
     step = 10.0 ** math.floor(math.log10((quantity.high - quantity.low) / STEPS))
     number = show(value / si_factor(quantity.unit), "")
-    return Control(key, quantity.meaning.partition(";")[0], quantity.unit, number, quantity.low, quantity.high, step)
+    return Slider(key, quantity.meaning.partition(";")[0], quantity.unit, number, quantity.low, quantity.high, step)
 
 
 def changed(case: Case, values: Any) -> Case:
