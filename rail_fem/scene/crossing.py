@@ -34,12 +34,11 @@ FORMER_LEGS = {"fitted": ("322.184 mm", 0.652113, "1.13683 mm"), "fitted-explici
 # by name: keys of the parametric crossing; cases/design/casting.toml has found them, docs/crossings.md says how well
 NAMED_CASTINGS = {
     "thesis-fit": {
-        "wing_raise": "-2.5 mm",
+        "wing_raise": "-3.4 mm",
         "cast_slope": "25 mrad",
-        "topping_slope": "17 mrad",
-        "topping_depth": "5.6 mm",
-        "transition_length": "95 mm",
-        "leg_lowering": "0.05 mm",
+        "topping_slope": "16.4 mrad",
+        "topping_depth": "6.4 mm",
+        "transition_length": "106 mm",
     }
 }
 DIP_KEYS = "dip_angle", "dip_length", "dip_shape", "dip_bend", "joint_gap"
