@@ -1,46 +1,108 @@
-"""What `pip wheel .` makes, installed by itself: commands and example cases come along."""
+"""What is released: source distribution and wheel, installed by themselves, bring examples and a command that runs
+them; the recipes of conda and Apptainer ask for what pyproject.toml and the Dockerfile do."""
 
 import os
+import re
+import shutil
 import subprocess
 import sys
+import tomllib
 import venv
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from rail_fem import load_result
+from rail_fem.output.quantities import REPORTED
 
 ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+OF_CONDA = {"matplotlib": "matplotlib-base", "gmsh": "python-gmsh"}  # that conda-forge names otherwise
 
 
-@pytest.mark.validate
-def test_an_installed_wheel_brings_its_examples_and_its_command(tmp_path):
-    """The libraries come from this environment; the program itself from the wheel, run from another folder."""
-    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}  # the sources would pass for installed
+def test_sdist_and_wheel_bring_the_examples_and_the_command_that_runs_them(tmp_path):
+    """Libraries come from this environment; the program from the wheel that its source distribution makes."""
+    pytest.importorskip("setuptools")
+    tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split(
+        "\n"
+    )
+    for name in filter(None, tracked):
+        if (ROOT / name).is_file():
+            (tmp_path / "sources" / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, tmp_path / "sources" / name)
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}  # the checkout's
+
+    def do(*words, folder=tmp_path):
+        answer = subprocess.run(list(map(str, words)), cwd=folder, env=environment, capture_output=True, text=True)
+        assert answer.returncode == 0, answer.stdout + answer.stderr
+        return answer.stdout
+
+    made = f"from setuptools import build_meta; build_meta.build_sdist({str(tmp_path)!r})"
+    do(sys.executable, "-W", "ignore", "-c", made, folder=tmp_path / "sources")
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
-    made = [*pip, "wheel", "--no-deps", "-q", "-w", str(tmp_path), str(ROOT)]
-    subprocess.run(made, check=True, capture_output=True)
-    wheel = next(tmp_path.glob("rail_fem-*.whl"))
-    venv.create(tmp_path / "environment", with_pip=False)
-    subprocess.run(
-        [*pip, "--python", str(tmp_path / "environment"), "install", "-q", "--no-deps", "--no-index", str(wheel)],
-        check=True,
-        capture_output=True,
-        env=environment,
+    do(
+        *pip,
+        "wheel",
+        "-q",
+        "--no-deps",
+        "--no-build-isolation",
+        "-w",
+        tmp_path,
+        next(tmp_path.glob("rail*fem-*.tar.gz")),
     )
-    libraries = [p for p in sys.path if p.endswith(("site-packages", "dist-packages"))]
-    python = tmp_path / "environment" / "bin" / "python"
-    code = (
-        f"import sys; sys.path.extend({libraries!r}); import rail_fem, pathlib; from rail_fem.cli import app;"
-        " print(rail_fem.__file__, rail_fem.example('nose_transfer'));"
-        " print(*sorted(str(p.relative_to(rail_fem.example('nose_transfer').parent)) for p in"
-        " rail_fem.example('nose_transfer').parent.rglob('*.*')));"
-        " app(['init', 'mine.toml', '--model', 'rigid_hertz'], standalone_mode=False);"
-        " app(['list'], standalone_mode=False)"
+    home = tmp_path / "environment"
+    venv.create(home, with_pip=False)
+    wheel = next(tmp_path.glob(f"rail_fem-{PROJECT['version']}-*.whl"))
+    do(*pip, "--python", home, "install", "-q", "--no-deps", "--no-index", wheel)
+    libraries = [path for path in sys.path if path.endswith(("site-packages", "dist-packages"))]
+    own = next(home.glob("lib/python*/site-packages"))
+    (own / "libraries.pth").write_text("\n".join(libraries) + "\n")
+    cases = home / "share" / "rail-fem" / "cases"
+    assert {name for name in tracked if name.startswith("cases/")} <= {
+        f"cases/{path.relative_to(cases)}" for path in cases.rglob("*.*")
+    }
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    do(
+        home / "bin" / "rail-fem",
+        "run",
+        cases / "nose_transfer.toml",
+        "--model",
+        "rigid_hertz",
+        "--out",
+        "run",
+        folder=empty,
     )
-    answer = subprocess.run([python, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert answer.returncode == 0, answer.stderr
-    home, example = answer.stdout.splitlines()[0].split()
-    assert str(tmp_path) in home and str(tmp_path) in example
-    there = subprocess.run(["git", "ls-files", "cases"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    brought = set(answer.stdout.splitlines()[1].split())
-    assert {path.removeprefix("cases/") for path in there.split()} <= brought
-    assert "nose_transfer" in answer.stdout and (tmp_path / "mine.toml").is_file()
+    result = load_result(empty / "run")
+    assert REPORTED["impact_on_wheel"].of(result) > result.scene.static_wheel_load
+    where = do(home / "bin" / "python", "-c", "import rail_fem, geometry; print(rail_fem.__file__, geometry.__file__)")
+    assert where.count(str(own)) == 2
+
+
+def test_the_conda_recipe_asks_for_what_the_project_asks_for():
+    yaml = pytest.importorskip("yaml")
+    recipe = yaml.safe_load((ROOT / "conda-recipe" / "recipe.yaml").read_text(encoding="utf-8"))
+    extras = PROJECT["optional-dependencies"]
+    wanted = {
+        OF_CONDA.get(one.name, one.name): one.specifier
+        for one in map(Requirement, [*PROJECT["dependencies"], *extras["fe"], *extras["page"]])
+    }
+    wanted["python"] = Requirement(f"python{PROJECT['requires-python']}").specifier
+    given = {canonicalize_name(one.name): one.specifier for one in map(Requirement, recipe["requirements"]["run"])}
+    assert {name: given[name] for name in wanted} == wanted
+    assert given.keys() - wanted.keys() == {"fenics-dolfinx", "petsc4py", "mpi4py"}
+    assert recipe["context"]["version"] == PROJECT["version"]
+    assert recipe["build"]["python"]["entry_points"] == [
+        f"{name} = {where}" for name, where in PROJECT["scripts"].items()
+    ]
+
+
+def test_the_container_of_clusters_is_that_of_the_dockerfile():
+    docker = (ROOT / "Dockerfile").read_text(encoding="utf-8")
+    apptainer = (ROOT / "rail-fem.def").read_text(encoding="utf-8")
+    for pattern in (r"^(?:FROM|From:) (.*)", r"(?:ENV|export) (OMP.*)", r"(\./setup\.sh .*)"):
+        assert re.findall(pattern, docker, re.MULTILINE) == re.findall(pattern, apptainer, re.MULTILINE) != []
+    assert '.venv/bin/rail-fem "$@"' in apptainer and '[".venv/bin/rail-fem"]' in docker
+    assert f"version: {PROJECT['version']}" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
