@@ -66,8 +66,8 @@ def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate
     if settings.element == "full":
         memory += rail * FULL_BYTES_PER_CELL
         updates += active * (FULL_COST - 1)
-    preparation = PREPARATION + PREPARATION_PER_CELL * cells * (1 + (TWIN_CELLS if settings.error_twin else 0.0))
-    updates *= settings.passes * (1 + (TWIN_COST if settings.error_twin else 0.0))
+    preparation = PREPARATION + PREPARATION_PER_CELL * cells * (1 + (TWIN_CELLS if settings.has_twin else 0.0))
+    updates *= settings.passes * (1 + (TWIN_COST if settings.has_twin else 0.0))
     stepping = updates * steps / (UPDATES_PER_SECOND * ranks)
     return Estimate(cells, steps, step, memory, preparation + stepping, preparation)
 
@@ -85,7 +85,7 @@ def foretold(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate:
             return found
     except ValueError:  # no path beyond the window's ends: the run says why it cannot be meshed
         return found
-    twin = settings.error_twin
+    twin = settings.has_twin
     saved = MESHING * (1 + twin) + MESHING_PER_CELL * found.cells * (1 + TWIN_CELLS * twin)
     return replace(found, wall_time=found.wall_time - saved, preparation=found.preparation - saved)
 

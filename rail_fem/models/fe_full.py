@@ -32,7 +32,7 @@ from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import dealt_out, on_root
 from rail_fem.light.lateral_start import LateralStart, lateral_start
 from rail_fem.light.rigid import ends_with_path
-from rail_fem.output.error_bars import error_bars
+from rail_fem.output.error_bars import CALIBRATED_WORDS, calibrated_bars, error_bars
 from rail_fem.output.events import end_warnings, force_peaks, transfer_position
 from rail_fem.output.fields import MESH
 from rail_fem.output.progress import Progress
@@ -76,11 +76,14 @@ def solve_from(
     Errors: as `solve`."""
     started, progress = working_time(), progress or Progress(None, active=False)
     solve_coarse = lambda coarse, below: solve_from(scene, coarse, start, model, below, restart, progress)
-    share = TWIN_COST / (1 + TWIN_COST) if settings.error_twin else 0.0
+    share = TWIN_COST / (1 + TWIN_COST) if settings.has_twin else 0.0
     with progress.part(0.0, share):
         twin = _twin(settings, folder, restart, progress, solve_coarse)
     with progress.part(share, 1.0):
         result = _passes(scene, settings, start, model, folder, restart, progress, started)
+    if settings.error_twin == "calibrated":
+        bars = calibrated_bars(result)
+        return replace(result, error_bars=bars, error_estimate=_estimate(result, bars), notes=(CALIBRATED_WORDS,))
     return result if twin is None else with_bars(result, twin)
 
 
@@ -173,7 +176,7 @@ def _twin(
 ) -> PassResult | str | None:
     """The same pass on elements up to twice as large, solved by settings and folder; why there is none; None where none
     is asked for. A restart takes the one that is there. Collective."""
-    if not settings.error_twin:
+    if not settings.has_twin:
         return None
     if settings.max_steps is not None:
         return "max_steps cuts the run off"
@@ -205,11 +208,15 @@ def with_bars(result: PassResult, twin: PassResult | str) -> PassResult:
         if bars
         else (*result.warnings, f"no error bars: {twin if isinstance(twin, str) else 'cut off'}")
     )
-    known = [bars[name] / abs(REPORTED[name].of(result)) for name in FORCES if bars.get(name)]
-    estimate = {**result.error_estimate, "discretisation": max(known, default=float("nan"))}
     searched = result.cost.search_time + (0.0 if isinstance(twin, str) else twin.cost.search_time)
     cost = replace(result.cost, search_time=searched)
-    return replace(result, error_bars=bars, warnings=warnings, error_estimate=estimate, cost=cost)
+    return replace(result, error_bars=bars, warnings=warnings, error_estimate=_estimate(result, bars), cost=cost)
+
+
+def _estimate(result: PassResult, bars: Mapping[str, float]) -> dict[str, float]:
+    """Of the errors, with that of the elements: the largest relative bar of a force."""
+    known = [bars[name] / abs(REPORTED[name].of(result)) for name in FORCES if bars.get(name)]
+    return {**result.error_estimate, "discretisation": max(known, default=float("nan"))}
 
 
 def positioned_mesh(

@@ -123,7 +123,8 @@ class PassResult:
     passes         : of a pass that was repeated on the steel of the one before: what each reported, values of
         rail_fem.output.quantities.REPORTED [SI], the last as this result; () for a single pass
     trust          : row -> what the trust report found (plain values)
-    warnings       : what is doubtful;  notes : what was repaired in the files that were read
+    warnings       : what is doubtful;  notes : what was repaired in the files that were read,
+        and where its error bars come from where that is no twin
     fault          : why the run failed; empty when it did not
     title          : of the case that was run; empty where none was
     cut_off        : what ended the run before the end of its path, as its settings ask; empty when it went to the end
@@ -154,6 +155,11 @@ class PassResult:
 
     def __post_init__(self):
         object.__setattr__(self, "history", complete_history(self.history))
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether error bars are those of other scenes of its class (rail_fem.output.error_bars.calibrated_bars)."""
+        return self.settings.get("error_twin") == "calibrated"
 
     def form_bar(self, name: str) -> float:
         """Half width [SI] of what a reported quantity may be off by for its model's form: the root of the sum of the

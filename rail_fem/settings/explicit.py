@@ -125,8 +125,10 @@ class FeSettings(Frozen):
     history_interval: Annotated[float, Quantity("us", 0.01, 1e5, "time between rows of the history")] = 20e-6
     field_frames: Count = Field(10, ge=1, le=10000, description="number of field outputs over the pass")
     checkpoint_interval: Annotated[float, Quantity("s", 1, 1e6, "wall time between restart files")] = 60.0
-    error_twin: bool = Field(
-        False, description="first the same pass on elements of twice the size (a tenth of the cost): error bars"
+    error_twin: bool | Literal["calibrated"] = Field(
+        False,
+        description="first the same pass on elements of twice the size (a tenth of the cost): error bars; calibrated:"
+        " wider ones without it, by what other scenes of the class were off",
     )
     max_steps: Count | None = Field(None, ge=1, description="stop after this many steps; none: the whole pass")
     mesh: str = Field(
@@ -188,6 +190,11 @@ class FeSettings(Frozen):
                 },
             )
         return self
+
+    @property
+    def has_twin(self) -> bool:
+        """Whether a coarser pass comes first, for error bars."""
+        return self.error_twin is True
 
     @property
     def wheel_size(self) -> float:

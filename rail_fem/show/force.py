@@ -63,6 +63,7 @@ def draw_forces(axes, result: PassResult) -> None:
         if peak and column != "force":
             marks.append((LARGEST[column], "o", colour))
     rings, pale = [], "pale bar: what is left out moves it by (form)"
+    whose = "thin bar: elements, calibrated on other scenes" if result.calibrated else "_nolegend_"
     for name, marker, colour in (*MARKED, *marks):
         if peak := peaks.get(name):
             found = f"{QUANTITIES[name]}: {peak.value / 1e3:.1f} kN at x = {peak.x * 1e3:.1f} mm"
@@ -72,7 +73,10 @@ def draw_forces(axes, result: PassResult) -> None:
                     1e3 * peak.x, peak.value / 1e3, form / 1e3, color=colour, lw=7, alpha=0.25, zorder=2.9, label=pale
                 )
                 pale = "_nolegend_"
-            mark_peak(axes, peak, marker, colour, found if (name, marker, colour) in MARKED else "_nolegend_", bar)
+            mark_peak(
+                axes, peak, marker, colour, found if (name, marker, colour) in MARKED else "_nolegend_", bar, whose
+            )
+            whose = "_nolegend_"
             rings.append((peak, colour, bar))
     load = result.scene.static_wheel_load
     axes.axhline(load / 1e3, color=GREY, ls="--", lw=1.6, zorder=1.5, label=f"static wheel load: {load / 1e3:.1f} kN")
@@ -84,11 +88,11 @@ def draw_forces(axes, result: PassResult) -> None:
     legend_above(axes)
 
 
-def mark_peak(axes, peak: Peak, marker: str, colour: str, words: str, bar: float) -> None:
-    """A ring around a force with its error bar [N]."""
+def mark_peak(axes, peak: Peak, marker: str, colour: str, words: str, bar: float, whose: str = "_nolegend_") -> None:
+    """A ring around a force with its error bar [N]; whose : the bar is, in words for the legend."""
     x, force = 1e3 * peak.x, peak.value / 1e3
     if bar > 0:
-        axes.errorbar(x, force, yerr=bar / 1e3, color=colour, capsize=5, lw=2, zorder=3)
+        axes.errorbar(x, force, yerr=bar / 1e3, color=colour, capsize=5, lw=2, zorder=3, label=whose)
     ring(axes, x, force, marker, colour, words, size=15 if marker == "*" else 9, zorder=3)
 
 

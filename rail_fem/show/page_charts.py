@@ -124,7 +124,8 @@ def _loads(runs: Sequence[NamedResult]) -> list[Trace]:
 def _mark(run: NamedResult, name: str, symbol: str, colour: str, before: str) -> list[Trace]:
     peak = stated_peaks(run.result)[name]
     value, elements, form = peak.value / 1e3, run.result.error_bars.get(name, 0.0), run.result.form_bar(name)
-    bars = f" \u00b1 {elements / 1e3:.2g} (elements)" if elements > 0 else ""
+    whose = "elements, calibrated" if run.result.calibrated else "elements"
+    bars = f" \u00b1 {elements / 1e3:.2g} ({whose})" if elements > 0 else ""
     bars += f" \u00b1 {form / 1e3:.2g} (form)" if form > 0 else ""
     told = f"{value:.1f}{bars} kN, x = {1e3 * peak.x:.1f} mm, t = {1e3 * peak.time:.2f} ms"
     words = html.escape(before + QUANTITIES[name])

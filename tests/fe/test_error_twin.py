@@ -1,17 +1,22 @@
 """A run with a coarse twin: its error bars come from the twin's result, which a restart takes as it is."""
 
 import io
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from geometry.meshing.hexmesh import MeshError
 from rail_fem.case.casefile import load_case
 from rail_fem.models import fe_full
-from rail_fem.output.error_bars import error_bars
+from rail_fem.output.error_bars import CALIBRATED, calibrated_bars, error_bars
 from rail_fem.output.progress import Progress
 from rail_fem.output.result import load
 from rail_fem.settings.explicit import TWIN_COST, FeSettings
+from rail_fem.show.force import force_figure
+from rail_fem.show.report import result_report
+from tests.rail_fem.test_error_bars import at_size
 
 ROOT = Path(__file__).resolve().parents[2]
 SETTINGS = FeSettings(element_size=3e-3, start=0.095, end=0.110, field_frames=1, mass_scaling="auto", error_twin=True)
@@ -54,6 +59,19 @@ def test_bars_are_those_of_the_twin_and_a_restart_keeps_it(scene, tmp_path):
     again = fe_full.solve(scene, SETTINGS, tmp_path, restart=True)
     assert again.error_bars == result.error_bars
     assert (tmp_path / "twin" / "result.json").stat().st_mtime_ns == written
+
+
+def test_calibrated_bars_need_no_twin_and_are_named_as_such(scene, tmp_path, monkeypatch):
+    settings = SETTINGS.model_copy(update={"error_twin": "calibrated"})
+    monkeypatch.setattr(fe_full, "_passes", lambda *given: at_size(1e-3, settings=settings.model_dump(mode="json")))
+    result = fe_full.solve(scene, settings, tmp_path)
+    assert result.calibrated and result.error_bars == calibrated_bars(result) and not (tmp_path / "twin").exists()
+    # the forces' bar grows with the square of the size
+    assert result.error_estimate["discretisation"] == pytest.approx(9 * CALIBRATED["force"][0])
+    assert "calibrated" in result_report(replace(result, metal={})).split("note(s)")[1]
+    history = {name: np.linspace(0.1, 1.0, 9) for name in ("time", "x", "force")}
+    legend = force_figure(replace(result, history=history)).axes[0].get_legend()
+    assert any("calibrated" in words.get_text() for words in legend.get_texts())
 
 
 @pytest.mark.validate
