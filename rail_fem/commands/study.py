@@ -36,7 +36,7 @@ STUDIES = {
     "patch-methods": Study(
         "one patch by every method, static finite elements as reference solution; where the half-space is wrong"
     ),
-    "patch-speed": Study("speed against error of all patch solvers on one patch, beside CONTACT; creep curves"),
+    "patch-speed": Study("speed against error of all patch solvers on one patch, beside CONTACT"),
     "passage-size": Study("one pass at several element sizes: values with bars, orders and limits, cost against error"),
     "error-bars": Study(
         "do the error bars of explicit passes hold? scenes they were not fitted on, against elements of half the size"

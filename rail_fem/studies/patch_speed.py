@@ -1,6 +1,6 @@
-"""Speed against error of all patch solvers on one patch, beside Kalker's CONTACT, and creep curves.
+"""Speed against error of all patch solvers on one patch, beside Kalker's CONTACT.
 
-    rail-fem study patch-speed --out speed          patch_speed.png: speed against error; creep_curves.png
+    rail-fem study patch-speed --out speed          patch_speed.png: speed against error
 
 Patch: 100 kN on a Hertz ellipse (relative radii 460 and 300 mm, steel), friction 0.3. Errors:
   normal    largest pressure against Hertz: half-space, both slice methods (blocks 160 mm wide and 120 mm deep, which
@@ -22,20 +22,17 @@ from typing import Any
 import numpy as np
 
 from bem.exact.hertz import PointContact, point_contact
-from bem.exact.kalker import linear_creep_forces
-from bem.exact.kalker_table import coefficients
 from bem.halfspace.fastsim import elliptic_patch, fastsim
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.tangential import rolling_contact, shift_contact
-from bem.material import STEEL, Pair
+from bem.material import STEEL
 from bem.patch import Creepage, Grid, Patch
 from bem.plane.body import Body
 from bem.plane.outline import block_behind
 from bem.slices.assumed_load import loaded_slices
 from bem.slices.coupled import slice_contact
 from bem.slices.slices import Slices, wheel_on_prism
-from rail_fem.show.panels import Panel, panels_figure
-from rail_fem.show.table_and_figure import write_figure
+from rail_fem.show.panels import Panel
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone
 from rail_fem.static_fe.solid_contact import finite_patch
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
@@ -145,37 +142,6 @@ def extrapolated(forces: np.ndarray) -> np.ndarray:
     return forces[-1] + (forces[-1] - forces[-2]) / (ratio - 1)
 
 
-def creep_curves(cells: int, points: int) -> dict[str, dict[str, np.ndarray]]:
-    """Longitudinal, lateral and spin curves by the full theory, FASTSIM and the linear theory, over mu N."""
-    patch, exact = solve_normal(cells), hertz()
-    pair = Pair.of(STEEL, STEEL)
-    linear = coefficients(exact.semi_x / exact.semi_y, pair.poisson)
-    kinds = {
-        "longitudinal": ("creepage", 5e-3, lambda v: Creepage(longitudinal=v), 0),
-        "lateral": ("creepage", 5e-3, lambda v: Creepage(lateral=v), 1),
-        "spin": ("spin [1/m]", 2.0, lambda v: Creepage(spin=v), 1),
-    }
-    curves = {}
-    for kind, (label, largest, creepage, axis) in kinds.items():
-        values = largest * np.linspace(0, 1, points) ** 1.5
-        methods = {
-            "full theory": lambda c: rolling_contact(patch, STEEL, STEEL, FRICTION, c, estimate=False).tangential_force[
-                axis
-            ],
-            "FASTSIM, parabolic": lambda c: fastsim(patch, STEEL, STEEL, FRICTION, c, estimate=False).tangential_force[
-                axis
-            ],
-            "FASTSIM, elliptic": lambda c: fastsim(
-                patch, STEEL, STEEL, FRICTION, c, bound="elliptic", estimate=False
-            ).tangential_force[axis],
-            "linear theory": lambda c: linear_creep_forces(exact.semi_x, exact.semi_y, pair, c, linear)[axis],
-        }
-        curves[kind] = {"creepage": values, "label": label}
-        for name, method in methods.items():
-            curves[kind][name] = np.array([abs(method(creepage(v))) for v in values]) / (FRICTION * LOAD)
-    return curves
-
-
 def ellipse_slices() -> Slices:
     """The ellipse as slices: a flat-treaded wheel on a round rail, blocks 160 mm wide and 120 mm deep."""
     y = np.linspace(-HALF, HALF, 401)
@@ -259,18 +225,9 @@ def panels(rows: list[dict]) -> list[Panel]:
     return found
 
 
-def curve_panels(curves: dict[str, dict[str, np.ndarray]]) -> list[Panel]:
-    """Force over friction times load against creepage, by kind."""
-    lines = lambda data: {name: (data["creepage"], data[name]) for name in data if name not in ("creepage", "label")}
-    return [Panel(str(data["label"]), "force / (friction x load)", lines(data), kind) for kind, data in curves.items()]
-
-
 def main(quick: QUICK = False, out: OUT = None) -> None:
     """Speed against error of half-space, slices, FASTSIM, finite elements and CONTACT on one ellipse."""
     rows = all_rows(quick)
     head = list(rows[0])
     table = Table(head, [[row[name] for name in head] for row in rows])
     publish("patch_speed", out, [table], panels(rows), "Speed against error on one patch, 100 kN, 14.3 x 10.8 mm")
-    if out is not None:
-        curves = curve_panels(creep_curves(22 if quick else 44, 7 if quick else 21))
-        write_figure(out / "creep_curves.png", lambda: panels_figure(curves, "Creep curves", 3))

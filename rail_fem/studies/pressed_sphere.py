@@ -103,20 +103,13 @@ def vanishing(found: list[Indented]) -> Indented:
     return replace(found[-1], approach=approach.value, area=area.value, area_bar=area.doubt, cells=np.inf)
 
 
-def press(approach: float, across: int, circle: bool = False) -> Pressed:
+def press(approach: float, across: int) -> Pressed:
     """Finite elements up to somewhat more than an approach over that of first yield, `across` elements over the radius
-    of contact; circle : a sphere's own shape in place of the parabola."""
+    of contact."""
     first = at_yield()
     w = BEYOND * max(approach, 1.0)
     radius = np.sqrt(max(w, 0.94 * w**1.146) * first.area / np.pi) * (1 + 0.4 / across)  # the edge lies inside
-    if circle:
-        return press_sphere(_circle, radius, across, YieldingSteel(STEEL, YIELD))
     return press_sphere(lambda r: r**2 / (2 * RADIUS), radius, across, YieldingSteel(STEEL, YIELD))
-
-
-def _circle(r: np.ndarray) -> np.ndarray:
-    inside = np.minimum(r, 0.99 * RADIUS)
-    return inside**2 / (RADIUS + np.sqrt(RADIUS**2 - inside**2))
 
 
 def judge(runs: list[Pressed], approach: float, seconds: float = 0.0) -> Judged:
