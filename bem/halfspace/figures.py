@@ -9,37 +9,33 @@ from bem.patch import Patch
 _MM, _MPA = 1e3, 1e-6
 
 
-def _canvas(columns: int, rows: int = 1, width: float = 5.0, height: float = 4.2):
+def patch_figure(patch: Patch, path: str | None = None):
+    """Pressure, tractions with arrows, stick and slip of one patch; without tractions the pressure alone."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width * columns, height * rows), constrained_layout=True)
+    columns = 1 if patch.traction is None else 3
+    figure = Figure(figsize=(5.0 * columns, 4.2), constrained_layout=True)
     FigureCanvasAgg(figure)
-    return figure, figure.subplots(rows, columns, squeeze=False)
-
-
-def _save(figure, path: str | None):
+    draw_patch(figure, figure.subplots(1, columns, squeeze=False)[0], patch)
     if path is not None:
         figure.savefig(path, dpi=130)
     return figure
 
 
-def patch_figure(patch: Patch, path: str | None = None):
-    """Pressure, tractions with arrows, stick and slip of one patch; without tractions the pressure alone."""
-    solved = patch.traction is not None
-    figure, axes = _canvas(3 if solved else 1)
-    _map(figure, axes[0, 0], patch, patch.pressure * _MPA, "pressure [MPa]", "viridis")
-    axes[0, 0].set_title(
+def draw_patch(figure, axes, patch: Patch) -> None:
+    """The same on one's own axes, three of them where tractions are solved."""
+    map_of_cells(figure, axes[0], patch, patch.pressure * _MPA, "pressure [MPa]", "viridis")
+    axes[0].set_title(
         f"{patch.method}: {patch.normal_force / 1e3:.4g} kN, {patch.max_pressure * _MPA:.0f} MPa", fontsize=11
     )
     if patch.traction is not None:
         size = np.hypot(patch.traction[..., 0], patch.traction[..., 1])
-        _map(figure, axes[0, 1], patch, size * _MPA, "tangential traction [MPa]", "magma")
-        _arrows(axes[0, 1], patch, patch.traction)
+        map_of_cells(figure, axes[1], patch, size * _MPA, "tangential traction [MPa]", "magma")
+        _arrows(axes[1], patch, patch.traction)
         force = patch.tangential_force / 1e3
-        axes[0, 1].set_title(f"Fx {force[0]:.4g} kN, Fy {force[1]:.4g} kN, friction {patch.friction:g}", fontsize=11)
-        _stick_map(axes[0, 2], patch)
-    return _save(figure, path)
+        axes[1].set_title(f"Fx {force[0]:.4g} kN, Fy {force[1]:.4g} kN, friction {patch.friction:g}", fontsize=11)
+        _stick_map(axes[2], patch)
 
 
 def _limits(patch: Patch) -> tuple[float, float, float, float]:
@@ -47,7 +43,7 @@ def _limits(patch: Patch) -> tuple[float, float, float, float]:
     return y_min * _MM, y_max * _MM, x_min * _MM, x_max * _MM
 
 
-def _map(figure, axes, patch: Patch, field: np.ndarray, label: str, colours: str) -> None:
+def map_of_cells(figure, axes, patch: Patch, field: np.ndarray, label: str, colours: str) -> None:
     """Field seen from above: x (rolling) upwards, y to the left, as the project's axes lie."""
     image = axes.imshow(
         np.where(patch.contact, field, np.nan), origin="lower", extent=_limits(patch), cmap=colours, aspect="equal"
