@@ -2,5 +2,5 @@
 domain.
 
 Reading order: cells, body_force (a cell's field), body (flexibility of a body for its inertia forces and its loads),
-schemes and marching (steps in time), stability; contact and impact (a mass or a prescribed motion strikes the body),
-sliding (the same with friction)."""
+schemes and marching (steps in time); pivoting (contact in a step) and impact (a mass or a prescribed motion strikes
+the body, with friction)."""

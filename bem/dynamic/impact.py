@@ -4,6 +4,11 @@ The striker's outline is stiff, or yields statically (its own waves are left out
 are measured along the normals of the struck body between the smooth outlines, as in bem.plane.pairing. The contact
 nodes themselves carry no mass: what yields at once under a pressure is the body's static compliance less what inertia
 holds back, so pressures follow the gaps without the chatter of masses that strike, and no restitution is to be chosen.
+
+With friction the striker also moves along the tangent beside its axis; it does not turn. Pressures and shears of a step
+follow from the gaps at its end and from the slip in it, so that each node is open, sticks, or slides against its shear
+at the bound. Gaps are those of the outlines where they met: slides are small beside the radius. What slips turns into
+heat, which belongs to the balance of energy.
 """
 
 from __future__ import annotations
@@ -18,9 +23,11 @@ import numpy as np
 from bem.checks import refuse_unless_finite, refuse_unless_positive
 from bem.dynamic.body import DynamicBody, DynamicsError, Inertial
 from bem.dynamic.marching import Energy, March, State
-from bem.dynamic.pivoting import NormalContact
+from bem.dynamic.pivoting import FrictionalContact, NormalContact
+from bem.dynamic.schemes import Scheme
 from bem.plane.body import Body, CondensedBody
 from bem.plane.boundary import MEMORY_LIMIT
+from bem.plane.coulomb import STICK, refuse_bad_friction
 from bem.plane.mesh import BoundaryMesh
 from bem.plane.pairing import Interface, pair
 
@@ -56,6 +63,33 @@ class Striker:
             raise DynamicsError(f"axis {self.axis!r}: give a unit vector")
 
 
+@dataclass(frozen=True)
+class TangentialMotion:
+    """How a striker moves along the tangent, its axis turned clockwise by a right angle ((1, 0) for the axis (0, 1)).
+
+    friction : Coulomb's coefficient, finite: with no slip at all a node that touches may have to pull, and there is no
+        answer; velocity [m/s] at the beginning
+    mass     : per thickness [kg/m] that friction slows; None: the velocity is kept
+    """
+
+    friction: float
+    velocity: float = 0.0
+    mass: float | None = None
+
+    def __post_init__(self) -> None:
+        refuse_bad_friction(self.friction)
+        refuse_unless_finite(DynamicsError, friction=self.friction, **{"velocity along the face": self.velocity})
+        if self.mass is not None:
+            refuse_unless_positive(DynamicsError, **{"mass along the face [kg/m]": self.mass})
+
+    def striker(self, axis: tuple[float, float]) -> Striker:
+        """The motion along the tangent beside an axis, as that of a striker."""
+        tangent = axis[1], -axis[0]
+        if self.mass is not None:
+            return Striker(mass=self.mass, velocity=self.velocity, axis=tangent)
+        return Striker(path=lambda time: self.velocity * time, velocity=self.velocity, axis=tangent)
+
+
 def moved_mass(striker: Striker) -> float:
     """Mass of a striker that the contact slows [kg/m]. Raises DynamicsError for one that follows a path."""
     if striker.mass is None:
@@ -83,7 +117,7 @@ class Struck:
         friction: bool = False,
     ) -> None:
         """yielding : the striker yields statically by its own material; reach [m] : largest gap considered; friction :
-        ready for tractions along the face too (bem.dynamic.sliding), at twice the load patterns"""
+        ready for tractions along the face too, at twice the load patterns"""
         striker, striker_mesh = outline
         self.interface: Interface = pair(
             solid.mesh, solid.body.face, striker_mesh, striker.face, striker.outline, reach
@@ -113,7 +147,11 @@ class Impact:
     (k+1, n) [Pa]; energy (k+1, 4) [J/m]: kinetic and strain energy of body (and striker's yielding), kinetic energy of
     the striker, work of load and path.
 
-    states : of the instants kept, by number; struck : what was hit; factorisations : of the set of touching nodes
+    shear (k+1, n) [Pa] on the struck body along its tangent (the normal turned clockwise), n = 0 without friction;
+    slide, slide_velocity, drag (k+1,) of the striker along its tangent [m, m/s] and the force on it [N/m]; heat (k+1,)
+    of slipping since the beginning [J/m]; status (k+1, n) open 0, stick 2, slip 1 and -1, with friction
+    states : of the instants kept, by number; struck : what was hit; factorisations : of the set of touching nodes,
+    without friction
     """
 
     struck: Struck
@@ -123,14 +161,27 @@ class Impact:
     force: np.ndarray
     pressure: np.ndarray
     energy: np.ndarray
+    shear: np.ndarray
+    slide: np.ndarray
+    slide_velocity: np.ndarray
+    drag: np.ndarray
+    heat: np.ndarray
+    status: np.ndarray
     states: dict[int, State] = field(default_factory=dict)
     factorisations: int = 0
 
     @property
     def imbalance(self) -> np.ndarray:
-        """Energy beyond the work done (k+1,), over the largest total so far."""
+        """Energy and heat beyond the work done (k+1,), over the largest total energy so far."""
         total = self.energy[:, :3].sum(axis=1)
-        return (total - self.energy[:, 3]) / np.maximum(np.maximum.accumulate(np.abs(total)), 1e-300)
+        scale = np.maximum(np.maximum.accumulate(np.abs(total)), 1e-300)
+        return (total + self.heat - self.energy[:, 3]) / scale
+
+    @property
+    def sticking(self) -> np.ndarray:
+        """Share of the touching nodes that stick (k+1,); NaN where none touches."""
+        touch = (self.status != 0).sum(axis=1)
+        return np.where(touch > 0, (self.status == STICK).sum(axis=1) / np.maximum(touch, 1), np.nan)
 
     def contacts(self) -> list[tuple[float, float]]:
         """Begin and end [s] of each time in contact."""
@@ -146,29 +197,35 @@ class Impact:
         return self.struck.body.solution(state.phi, state.t)
 
 
-def strike(struck: Struck, striker: Striker, march: March, steps: int, keep: Callable[[int], bool] | None = None):
-    """The Impact of a striker over so many steps of a march of struck.body; keep : which instants' fields are wanted.
+def strike(
+    struck: Struck,
+    striker: Striker,
+    march: March,
+    steps: int,
+    keep: Callable[[int], bool] | None = None,
+    sliding: TangentialMotion | None = None,
+) -> Impact:
+    """The Impact of a striker over so many steps of a march of struck.body; keep : which instants' fields are wanted;
+    sliding : the striker's motion along the face and its friction there, of a body made ready for it.
 
     The edges of a flat striker belong midway between nodes of the struck face: there its force is within 1 % (8
     elements under it), on nodes 10 % high, for these count whole. Warns of a width that is counted wrong, and when they
-    never touch. Raises DynamicsError for a number of steps that is none.
+    never touch. Raises DynamicsError for a number of steps that is none, ConvergenceError (bem.plane.coulomb) where no
+    consistent sticking and sliding is found.
     """
-    check_strike(struck, march, steps)
-    if struck.friction:
-        raise DynamicsError("a body made ready for friction: strike it with bem.dynamic.sliding.strike_sliding")
-    run = _Run(struck, striker, march)
-    impact = run.go(steps, keep or (lambda k: False))
-    warn_unless_touching(impact)
-    warn_of_edges(impact)
-    return impact
-
-
-def check_strike(struck: Struck, march: March, steps: int) -> None:
-    """Raise DynamicsError for a number of steps that is none, or the march of another body."""
     if not isinstance(steps, (int, np.integer)) or steps < 1:
         raise DynamicsError(f"steps = {steps!r}: must be a positive whole number")
     if march.body is not struck.body:
         raise DynamicsError("the march is of another body than the one struck: make it of struck.body")
+    if struck.friction != (sliding is not None):
+        raise DynamicsError(
+            "a body made by Struck(..., friction=True) is struck with `sliding`, any other one without: it knows"
+            " pressures only"
+        )
+    impact = _Run(struck, striker, march, sliding).go(steps, keep or (lambda k: False))
+    warn_unless_touching(impact)
+    warn_of_edges(impact)
+    return impact
 
 
 def warn_unless_touching(impact: Impact) -> None:
@@ -205,11 +262,11 @@ class StrikerMotion(NamedTuple):
 
 
 class Carriage:
-    """How a striker moves along its axis from step to step of a march."""
+    """How a striker moves along its axis from step to step of a scheme."""
 
-    def __init__(self, striker: Striker, march: March) -> None:
-        self.striker, self.march = striker, march
-        s, h = march.scheme, march.step
+    def __init__(self, striker: Striker, scheme: Scheme, step: float) -> None:
+        self.striker, self.scheme, self.step = striker, scheme, step
+        s, h = scheme, step
         self.mobility = 0.0  # position per force at a step's end [m^2/N]
         if striker.mass is not None:
             self.mobility = h**2 * s.after_u * (1 - s.alpha_f) / ((1 - s.alpha_m) * striker.mass)
@@ -223,7 +280,7 @@ class Carriage:
 
     def predicted(self, at: StrikerMotion, time: float) -> float:
         """Position at the end of a step in which no contact force acts at its end."""
-        s, h, striker = self.march.scheme, self.march.step, self.striker
+        s, h, striker = self.scheme, self.step, self.striker
         if striker.path is not None:
             return float(striker.path(time))
         known = (s.alpha_f * at.force + (1 - s.alpha_f) * striker.load) / moved_mass(striker) - s.alpha_m * at.a
@@ -231,7 +288,7 @@ class Carriage:
 
     def moved(self, at: StrikerMotion, ahead: float, pushed: float) -> StrikerMotion:
         """After a step at whose end the contact pushes with a force [N/m]; ahead : as predicted."""
-        s, h, striker = self.march.scheme, self.march.step, self.striker
+        s, h, striker = self.scheme, self.step, self.striker
         if striker.path is not None:
             return StrikerMotion(ahead, (ahead - at.x) / h, at.a, at.force)
         force = pushed + striker.load
@@ -245,63 +302,83 @@ class Carriage:
         """Of its load, or of what guides it along its path against a mean contact force [N/m], over a way [m]."""
         return (self.striker.load if self.striker.path is None else -mean) * moved
 
+    def energy(self, at: StrikerMotion) -> float:
+        """Kinetic energy of a mass that the contact slows [J/m]."""
+        return 0.5 * (self.striker.mass or 0.0) * at.v**2
+
 
 class _Run:
-    """One march with a striker."""
+    """One march with a striker: n nodes, with friction n shears after their pressures."""
 
-    def __init__(self, struck: Struck, striker: Striker, march: March) -> None:
+    def __init__(self, struck: Struck, striker: Striker, march: March, sliding: TangentialMotion | None) -> None:
         self.struck, self.striker, self.march = struck, striker, march
+        both = [striker] if sliding is None else [striker, sliding.striker(striker.axis)]
+        self.carriages = [Carriage(one, march.scheme, march.step) for one in both]
+        normals = struck.interface.normals
+        faced = [normals] if sliding is None else [normals, np.column_stack([-normals[:, 1], normals[:, 0]])]
+        # gaps and slips per unit of each motion, and forces on the striker per unit of pressure and shear
+        weigh = lambda axis: np.concatenate([struck.mass * (directions @ np.array(axis)) for directions in faced])
+        self._arm = np.column_stack([weigh(one.axis) for one in both])
         self._gap = struck.mass * struck.interface.gap
-        self._arm = struck.mass * (struck.interface.normals @ np.array(striker.axis))  # force and gap per unit
         matrix = march.compliance + struck.local
-        self._carriage = Carriage(striker, march)
-        if striker.mass is not None:
-            matrix = matrix + self._carriage.mobility * np.outer(self._arm, self._arm)
-        self.contact = NormalContact(matrix)
+        for carriage, arm in zip(self.carriages, self._arm.T):
+            matrix = matrix + carriage.mobility * np.outer(arm, arm)
+        self.contact = NormalContact(matrix) if sliding is None else FrictionalContact(matrix, sliding.friction)
+
+    def _tractions(self, moved: np.ndarray, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Pressures, with friction shears after them, and the nodes' states; moved : gaps and slips without them."""
+        n = len(self._gap)
+        if isinstance(self.contact, NormalContact):
+            return self.contact.solve(self._gap + moved), np.zeros(n, int)
+        found = self.contact.solve(self._gap + moved[:n], moved[n:] - slip)
+        return np.r_[found.pressure, found.shear], found.state
 
     def go(self, steps: int, keep: Callable[[int], bool]) -> Impact:
-        march, striker = self.march, self.striker
-        carriage = self._carriage
-        state, at = march.start(), carriage.begin()
-        energy = march.energy(state)
-        pressures = [np.zeros(len(self._gap))]
-        stored, done = self._stored(energy, at.v, pressures[0]), 0.0
+        march, striker, carriages, n = self.march, self.striker, self.carriages, len(self._gap)
+        state, at = march.start(), [carriage.begin() for carriage in carriages]
+        slip, traction = self._arm[n:] @ [one.x for one in at], np.zeros(len(self._arm))
+        energy, heat, done, pushed = march.energy(state), 0.0, 0.0, np.zeros(len(carriages))
+        stored = self._stored(energy, at, traction)
         begun = sum(stored)
-        rows, energies = [(0.0, at.x, at.v, 0.0)], [(*stored, begun)]
+        rows, energies = [self._row(0.0, at, pushed, heat)], [(*stored, begun)]
+        tractions, status = [traction], [np.zeros(n, int)]
         states = {0: state} if keep(0) else {}
         for k in range(1, steps + 1):
             time, free = k * march.step, march.free(state)
-            ahead = carriage.predicted(at, time)
-            pressure = np.zeros(len(self._gap))
+            ahead = [carriage.predicted(one, time) for carriage, one in zip(carriages, at)]
+            before, traction, touching = traction, np.zeros(len(self._arm)), np.zeros(n, int)
             if striker.release is None or time <= striker.release:
-                pressure = self.contact.solve(self._gap + free[1] + self._arm * ahead)
-            pushed = float(self._arm @ pressure)
-            following = march.advance(state, pressure, free)
+                traction, touching = self._tractions(free[1] + self._arm @ ahead, slip)
+            following = march.advance(state, traction, free)
             energy = march.energy(following, (state, energy))
-            before, at = at, carriage.moved(at, ahead, pushed)
-            mean = (pushed + float(self._arm @ pressures[-1])) / 2
-            done += carriage.work(mean, at.x - before.x)
-            rows.append((time, at.x, at.v, pushed))
-            pressures.append(pressure)
-            energies.append((*self._stored(energy, at.v, pressure), begun + done))
+            past, pushed = pushed, self._arm.T @ traction
+            former, at = at, [c.moved(one, *rest) for c, one, *rest in zip(carriages, at, ahead, pushed)]
+            for carriage, mean, one, other in zip(carriages, (pushed + past) / 2, former, at):
+                done += carriage.work(mean, other.x - one.x)
+            own = (self.struck.local @ traction)[n:]  # what the striker's yielding adds to the slip
+            left, slip = slip, following.q[n:] + own + self._arm[n:] @ [one.x for one in at]
+            heat -= float((traction + before)[n:] @ (slip - left)) / 2
+            rows.append(self._row(time, at, pushed, heat))
+            energies.append((*self._stored(energy, at, traction), begun + done))
+            tractions.append(traction)
+            status.append(touching)
             state = following
             if keep(k):
                 states[k] = state
-        times, positions, velocities, forces = np.array(rows).T
+        times, heats, x, v, force, slide, slide_velocity, drag = np.array(rows).T
+        both = np.array(tractions)
         return Impact(
-            self.struck,
-            time=times,
-            position=positions,
-            velocity=velocities,
-            force=forces,
-            pressure=np.array(pressures),
-            energy=np.array(energies),
-            states=states,
-            factorisations=self.contact.factorisations,
-        )
+            self.struck, times, x, v, force, both[:, :n], np.array(energies), both[:, n:], slide, slide_velocity, drag,
+            heats, np.array(status), states, getattr(self.contact, "factorisations", 0),
+        )  # fmt: skip
 
-    def _stored(self, energy: Energy, v: float, pressure: np.ndarray) -> tuple[float, float, float]:
+    def _row(self, time: float, at: list[StrikerMotion], pushed: np.ndarray, heat: float) -> tuple[float, ...]:
+        """Time, heat, and position, velocity, force along the axis and along the face, 0 where it does not slide."""
+        motions = [(one.x, one.v, force) for one, force in zip(at, pushed)] + [(0.0, 0.0, 0.0)]
+        return time, heat, *motions[0], *motions[1]
+
+    def _stored(self, energy: Energy, at: list[StrikerMotion], traction: np.ndarray) -> tuple[float, float, float]:
         """Kinetic and strain energy of the body (and of the striker's yielding), kinetic energy of the striker."""
-        moving = 0.5 * self.striker.mass * v**2 if self.striker.mass else 0.0
-        own = 0.5 * float(pressure @ self.struck.local @ pressure)
+        moving = sum(carriage.energy(one) for carriage, one in zip(self.carriages, at))
+        own = 0.5 * float(traction @ self.struck.local @ traction)
         return energy.kinetic, energy.strain + own, moving

@@ -81,7 +81,7 @@ class FrictionalContact:
 
     def __init__(self, matrix: np.ndarray, friction: float) -> None:
         refuse_bad_friction(friction)
-        self._matrix, self._friction, n = matrix, friction, len(matrix) // 2
+        self._matrix, self._friction, n = (matrix + matrix.T) / 2, friction, len(matrix) // 2
         self._none = np.zeros((2 * n, 3)), np.zeros((3, 2 * n)), Control.of()
         self._last: np.ndarray | None = None
 

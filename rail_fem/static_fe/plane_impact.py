@@ -2,7 +2,7 @@
 
 Quadratic triangles with their consistent mass, the same family of schemes in time, pressures linear between the nodes
 of the face and gaps closed in the mean of the same hats (as plane_contact.py). It shares with the boundary elements the
-outlines, the schemes' weights and the solver of the complementarity problem.
+outlines, the striker's own motion, the schemes' weights and the solver of the complementarity problem.
 """
 
 from __future__ import annotations
@@ -14,10 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse.linalg import splu
 
-from bem.dynamic.impact import Striker, moved_mass
+from bem.dynamic.impact import Carriage, Striker, TangentialMotion
 from bem.dynamic.pivoting import FrictionalContact, NormalContact
 from bem.dynamic.schemes import TRAPEZOIDAL, Scheme
-from bem.dynamic.sliding import TangentialMotion
 from bem.exact.subsurface import von_mises_plane
 from bem.plane.body import Body
 from bem.plane.curve import Curve
@@ -89,58 +88,6 @@ def pressure_hats(body: PlaneBody, edges: np.ndarray, curves: list[Curve], reach
     return Hats(push, drag, gap, body.nodes[nodes, 0])
 
 
-@dataclass
-class Guide:
-    """The striker along one axis, from step to step: position, velocity, acceleration, contact force [N/m]."""
-
-    striker: Striker
-    scheme: Scheme
-    step: float
-    x: float
-    v: float
-    a: float
-    force: float = 0.0
-
-    @classmethod
-    def of(cls, striker: Striker, scheme: Scheme, step: float) -> Guide:
-        """At the start; step [s]."""
-        begin = float(striker.path(0.0)) if striker.path else 0.0
-        return cls(striker, scheme, step, begin, striker.velocity, striker.load / striker.mass if striker.mass else 0.0)
-
-    @property
-    def mobility(self) -> float:
-        """Position at a step's end per force there [m^2/N]."""
-        return self.scheme.after_u * self.step**2 / self.striker.mass if self.striker.mass else 0.0
-
-    @property
-    def energy(self) -> float:
-        """Kinetic [J/m]."""
-        return 0.5 * (self.striker.mass or 0.0) * self.v**2
-
-    def row(self, time: float) -> tuple[float, float, float, float]:
-        """Time, position, velocity, contact force."""
-        return time, self.x, self.v, self.force
-
-    def predicted(self, time: float) -> float:
-        """Position after a step without contact force at its end."""
-        if self.striker.path is not None:
-            return float(self.striker.path(time))
-        pull = self.scheme.before_u * self.a + self.scheme.after_u * self.striker.load / moved_mass(self.striker)
-        return self.x + self.step * self.v + self.step**2 * pull
-
-    def move(self, force: float, ahead: float) -> None:
-        """On by a step at whose end the contact pushes with a force; ahead : as predicted."""
-        s, step = self.scheme, self.step
-        self.force = force
-        if self.striker.path is not None:
-            self.v, self.x = (ahead - self.x) / step, ahead
-            return
-        a = (force + self.striker.load) / moved_mass(self.striker)
-        self.x += step * self.v + step**2 * (s.before_u * self.a + s.after_u * a)
-        self.v += step * (s.before_v * self.a + s.after_v * a)
-        self.a = a
-
-
 def finite_impact(
     body: Body,
     striker_curves: list[Curve],
@@ -170,57 +117,56 @@ def finite_impact(
     k = scheme.after_u * step**2
     factor = splu(mass + k * stiff, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
     total = plane.displacement(hats.push).shape[0]
-    across = Guide.of(striker, scheme, step)
-    guides = [across] if sliding is None else [across, Guide.of(sliding.striker(striker.axis), scheme, step)]
+    both = [striker] if sliding is None else [striker, sliding.striker(striker.axis)]
+    carriages = [Carriage(one, scheme, step) for one in both]
     push = (hats.push if sliding is None else np.hstack([hats.push, hats.drag]))[free]
     answer = factor.solve(np.ascontiguousarray(push))  # acceleration per unit pressure and shear
     # force on the striker, upward and to the right
-    arm = np.column_stack([-push[free % 2 == one].sum(axis=0) for one in (1, 0)[: len(guides)]])
+    arm = np.column_stack([-push[free % 2 == one].sum(axis=0) for one in (1, 0)[: len(both)]])
     matrix = k * push.T @ answer
     matrix = (matrix + matrix.T) / 2
-    for column, guide in zip(arm.T, guides):
-        matrix = matrix + guide.mobility * np.outer(column, column)
-    normal = NormalContact(matrix) if sliding is None else None
-    rough = None if sliding is None else FrictionalContact(matrix, sliding.friction)
+    for column, carriage in zip(arm.T, carriages):
+        matrix = matrix + carriage.mobility * np.outer(column, column)
+    contact = NormalContact(matrix) if sliding is None else FrictionalContact(matrix, sliding.friction)
     u, v, a = np.zeros((3, len(free)))
     tractions = np.zeros(push.shape[1])
     slip = np.zeros(count)
-    rows, history, energies, kept = [guides[0].row(0.0)], [tractions], [], {}
-    slides = [guides[-1].row(0.0)]
-    energies.append((0.0, 0.0, sum(guide.energy for guide in guides)))
+    at = [carriage.begin() for carriage in carriages]
+    energies = [(0.0, 0.0, sum(carriage.energy(one) for carriage, one in zip(carriages, at)))]
+    motions, history, kept = [[(one.x, one.v, 0.0) for one in at]], [tractions], {}
     for n in range(1, steps + 1):
         time = n * step
         star = u + step * v + scheme.before_u * step**2 * a
         unloaded = -factor.solve(stiff @ star)
-        ahead = np.array([guide.predicted(time) for guide in guides])
+        ahead = [carriage.predicted(one, time) for carriage, one in zip(carriages, at)]
         moved = push.T @ (star + k * unloaded) + arm @ ahead
         tractions = np.zeros(push.shape[1])
         if striker.release is None or time <= striker.release:
-            if normal is not None:
-                tractions = normal.solve(gap + moved)
-            elif rough is not None:
-                found = rough.solve(gap + moved[:count], moved[count:] - slip)
+            if isinstance(contact, NormalContact):
+                tractions = contact.solve(gap + moved)
+            else:
+                found = contact.solve(gap + moved[:count], moved[count:] - slip)
                 tractions = np.r_[found.pressure, found.shear]
         forces = arm.T @ tractions
         a_new = unloaded + answer @ tractions
         u = star + k * a_new
         v = v + step * (scheme.before_v * a + scheme.after_v * a_new)
         a = a_new
-        for guide, force, position in zip(guides, forces, ahead):
-            guide.move(float(force), float(position))
-        if rough is not None:
-            slip = (push.T @ u + arm @ [guide.x for guide in guides])[count:]
-        rows.append(guides[0].row(time))
-        slides.append(guides[-1].row(time))
+        at = [carriage.moved(one, *rest) for carriage, one, *rest in zip(carriages, at, ahead, forces)]
+        if sliding is not None:
+            slip = (push.T @ u + arm @ [one.x for one in at])[count:]
+        motions.append([(one.x, one.v, force) for one, force in zip(at, forces)])
         history.append(tractions)
-        energies.append((0.5 * v @ (mass @ v), 0.5 * u @ (stiff @ u), sum(guide.energy for guide in guides)))
+        moving = sum(carriage.energy(one) for carriage, one in zip(carriages, at))
+        energies.append((0.5 * v @ (mass @ v), 0.5 * u @ (stiff @ u), moving))
         if keep(n):
             whole = np.zeros(total)
             whole[free] = u
             kept[n] = whole
-    times, positions, velocities, forces = np.array(rows).T
-    both = np.array(history)
+    moves, both_tractions = np.array(motions), np.array(history)  # moves (k+1, 1 or 2, 3)
+    position, velocity, force = moves[:, 0].T
     return FiniteImpact(
-        plane, times, positions, velocities, forces, x, both[:, :count], np.array(energies), displacement=kept,
-        shear=both[:, count:], slide=np.array(slides)[:, 1:] if sliding is not None else np.zeros((steps + 1, 3)),
+        plane, step * np.arange(steps + 1), position, velocity, force, x, both_tractions[:, :count],
+        np.array(energies), kept, shear=both_tractions[:, count:],
+        slide=moves[:, -1] if sliding is not None else np.zeros((steps + 1, 3)),
     )  # fmt: skip

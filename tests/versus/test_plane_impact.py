@@ -5,10 +5,9 @@ import pytest
 
 from bem.dynamic.body import Inertial
 from bem.dynamic.cells import fill_with_cells
-from bem.dynamic.impact import Striker, StrikerOutline, Struck, strike
+from bem.dynamic.impact import Striker, StrikerOutline, Struck, TangentialMotion, strike
 from bem.dynamic.marching import March
 from bem.dynamic.schemes import TRAPEZOIDAL, generalised_alpha
-from bem.dynamic.sliding import TangentialMotion, strike_sliding
 from bem.material import STEEL
 from bem.plane.body import Body
 from bem.plane.internal import field_at
@@ -109,7 +108,7 @@ def test_with_friction_the_forces_are_one_too(velocity):
     outline = StrikerOutline(cylinder, mesh_outline(cylinder.outline, sizing))
     struck = Struck(Inertial(block, mesh, cells, DENSITY), outline, 0.1 * MM, friction=True)
     sliding = TangentialMotion(0.3, velocity, MASS)
-    ours = strike_sliding(struck, striker(), sliding, March(struck.body, STEP), STEPS)
+    ours = strike(struck, striker(), March(struck.body, STEP), STEPS, sliding=sliding)
     judge = finite_impact(
         block, cylinder.outline.edge_curves("face"), striker(), DENSITY, STEP, STEPS,
         Fineness(middle, 0.4 * MM, 5 * MM, 4 * MM, 0.3), (-6 * MM, 6 * MM), reach=0.1 * MM, sliding=sliding,
