@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from bem.checks import refuse_unless_finite
 
 
@@ -41,19 +39,3 @@ def generalised_alpha(radius: float) -> Scheme:
     alpha_m, alpha_f = (2 * radius - 1) / (radius + 1), radius / (radius + 1)
     gamma, beta = 0.5 - alpha_m + alpha_f, 0.25 * (1 - alpha_m + alpha_f) ** 2
     return Scheme(f"generalised alpha, radius {radius:g}", 0.5 - beta, beta, 1 - gamma, gamma, alpha_m, alpha_f)
-
-
-def spectral_radius(scheme: Scheme, stiffness: np.ndarray) -> np.ndarray:
-    """Largest amplification (k,) in a step of modes with (omega h)^2 = stiffness (k,), which may be complex."""
-    z = np.asarray(stiffness, complex)
-    after, before = np.zeros((len(z), 3, 3), complex), np.zeros((len(z), 3, 3), complex)
-    after[:, 0, 0] = after[:, 1, 1] = 1
-    after[:, 0, 2], after[:, 1, 2] = -scheme.after_u, -scheme.after_v
-    after[:, 2, 0], after[:, 2, 2] = (1 - scheme.alpha_f) * z, 1 - scheme.alpha_m
-    before[:, 0] = 1, 1, scheme.before_u
-    before[:, 1] = 0, 1, scheme.before_v
-    before[:, 2, 0], before[:, 2, 2] = -scheme.alpha_f * z, -scheme.alpha_m
-    scale = 1 / np.maximum(np.abs(z), 1)  # the equilibrium of stiff modes, scaled to the size of the others
-    after[:, 2] *= scale[:, None]
-    before[:, 2] *= scale[:, None]
-    return np.abs(np.linalg.eigvals(np.linalg.solve(after, before))).max(axis=1)

@@ -10,12 +10,9 @@ Error: exact for cells of constant traction; of second order in the cell below h
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from scipy import fft, optimize
+from scipy import fft
 
-from bem.exact.subsurface import von_mises
 from bem.halfspace.influence import padded_shape
 from bem.patch import ContactInputError, Patch
 
@@ -160,39 +157,3 @@ def _layer(patch: Patch, spectra, size: tuple[int, int], depth: float, poisson: 
     if body == 2:
         stress[3:5] *= -1.0
     return np.moveaxis(stress, 0, -1)
-
-
-@dataclass(frozen=True)
-class StressPeak:
-    """Largest von Mises stress [Pa] and where: x, y, depth [m]."""
-
-    von_mises: float
-    x: float
-    y: float
-    depth: float
-
-
-def max_von_mises(patch: Patch, poisson: float, body: int = 2, depth_tolerance: float = 1e-3) -> StressPeak:
-    """Largest von Mises stress below the patch, at cell centres and at any depth below half a cell.
-
-    depth_tolerance : of the depth, relative. The depths are scanned, then the best is refined by golden section.
-    """
-    _refuse_curved(patch)
-    if not patch.contact.any():
-        return StressPeak(0.0, np.nan, np.nan, np.nan)
-    spectra, size = _load_spectra(patch, body)
-
-    def layer_peak(log_depth: float) -> float:
-        return -float(von_mises(_layer(patch, spectra, size, float(np.exp(log_depth)), poisson, body)).max())
-
-    length = float(np.sqrt(patch.contact_area))
-    scan = np.linspace(np.log(min(patch.grid.dx, patch.grid.dy) / 2), np.log(2 * length), 13)
-    values = [layer_peak(depth) for depth in scan]
-    best = int(np.argmin(values))
-    bracket = scan[max(best - 1, 0)], scan[min(best + 1, len(scan) - 1)]
-    found = optimize.minimize_scalar(layer_peak, bounds=bracket, method="bounded", options={"xatol": depth_tolerance})
-    log_depth = found.x if found.fun <= values[best] else scan[best]
-    depth = float(np.exp(log_depth))
-    field = von_mises(_layer(patch, spectra, size, depth, poisson, body))
-    i, j = np.unravel_index(field.argmax(), field.shape)
-    return StressPeak(float(field[i, j]), float(patch.grid.x[i]), float(patch.grid.y[j]), depth)

@@ -1,7 +1,7 @@
 """Internal cells that carry plastic strain: polygons with four corners, one side of which may follow the boundary.
 
 Cells that lie at the boundary must have its vertices: where a cell's edge lies on the boundary, it is one of its
-elements. The columns of `cells_below` and the sector of `polar_cells` begin at the mesh's own vertices.
+elements. The columns of `cells_below` begin at the mesh's own vertices.
 """
 
 from __future__ import annotations
@@ -194,31 +194,6 @@ def cells_below(
     cells = from_corner_grid(grid, top)
     check_inside(cells, mesh)
     return cells
-
-
-def polar_cells(mesh: BoundaryMesh, inner: str, radii: np.ndarray) -> Cells:
-    """Cells of a whole ring about the origin: angles of the vertices of the circle `inner`, radii (k,) [m] growing from
-    its own. Those that end at the outer boundary need its vertices at the same angles.
-
-    Errors: CellError.
-    """
-    element = np.flatnonzero(mesh.names == inner)
-    around = mesh.vertices[element]
-    around = around[np.argsort(np.arctan2(around[:, 1], around[:, 0]))]
-    unit = around / np.hypot(*around.T)[:, None]
-    grid = _snapped(np.asarray(radii, float)[:, None, None] * unit, mesh)
-    cells = from_corner_grid(np.concatenate([grid, grid[:, :1]], axis=1))
-    check_inside(cells, mesh)
-    return cells
-
-
-def _snapped(points: np.ndarray, mesh: BoundaryMesh) -> np.ndarray:
-    """Points (..., 2) with those that a vertex of the mesh nearly is put on it."""
-    flat = points.reshape(-1, 2).copy()
-    away, vertex = cKDTree(mesh.vertices).query(flat)
-    near = away < 1e-3 * mesh.lengths[vertex]
-    flat[near] = mesh.vertices[vertex[near]]
-    return flat.reshape(points.shape)
 
 
 def boundary_edges(cells: Cells, mesh: BoundaryMesh) -> np.ndarray:

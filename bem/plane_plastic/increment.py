@@ -23,7 +23,6 @@ from bem.plastic.return_map import Returned, radial_return
 
 MOST_NEWTON = 30
 COLLAPSED = 0.05  # plastic strain at which a load counts as not carried
-_MOST_FIXED_POINT = 5000
 _HALVINGS = 6
 _DIRECT = 900  # unknowns up to which the linear system is factorised
 
@@ -44,17 +43,12 @@ class Increment:
 
 
 def solve_increment(
-    section: PlasticSection,
-    load: Load,
-    start: np.ndarray | None = None,
-    tolerance: float = 1e-8,
-    consistent: bool = True,
+    section: PlasticSection, load: Load, start: np.ndarray | None = None, tolerance: float = 1e-8
 ) -> Increment:
     """load : plastic stress (3 a,), whether its tangent is wanted -> 2 G strain as deviators (3 a,) by the load, and
     its derivative as a Tangent, or None; start : first guess of the increment (3 a,)
 
-    tolerance  : largest mismatch of stress over the first yield stress
-    consistent : Newton with the consistent tangent; off, the fixed point d <- 2 G return(s(d)), to compare
+    tolerance : largest mismatch of stress over the first yield stress
     Errors: NoEquilibriumError.
     """
     shear, before, state = section.elastic.shear, section.plastic_stress(), section.part()
@@ -74,20 +68,17 @@ def solve_increment(
     d = np.zeros(len(before)) if start is None else start.copy()
     returned, residual, strain, error = mismatch(d)
     residuals = [error]
-    for _ in range(MOST_NEWTON if consistent else _MOST_FIXED_POINT):
+    for _ in range(MOST_NEWTON):
         if error <= tolerance:
             _refuse_collapse(section, returned)
             return Increment(returned, before + d - residual, strain, residuals)
         if not np.isfinite(error):
             break
-        step = -residual
-        if consistent:
-            tangent = load(before + d, True)[1]
-            step = _newton_step(section.matrix, tangent, returned, residual, error)
+        step = _newton_step(section.matrix, load(before + d, True)[1], returned, residual, error)
         share = 1.0
         for _ in range(_HALVINGS):
             new = mismatch(d + share * step)
-            if new[3] < error or not consistent:
+            if new[3] < error:
                 break
             share /= 2
         d = d + share * step

@@ -8,15 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from bem.checks import refuse_unless_finite
-from bem.material import Elastic
-from bem.plane.boundary import MEMORY_LIMIT, BoundaryProblem, Condition, EquilibriumError, conditions_of, solution_of
-from bem.plane.internal import displacement_at
-from bem.plane.mesh import BoundaryMesh
-from bem.plane_plastic.cells import Cells
 from bem.plane_plastic.increment import Increment, solve_increment
 from bem.plane_plastic.section import PlasticSection, flat
-from bem.plastic.hardening import YieldLaw, nearly_incompressible
+from bem.plastic.hardening import nearly_incompressible
 from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.return_map import advanced
 
@@ -37,88 +31,12 @@ class Step:
     warnings: tuple[str, ...] = field(default=())
 
 
-class PlasticBoundaryBody:
-    """A plane body under conditions that grow in proportion to a factor.
-
-    mesh, elastic, hardening : the body; conditions : edge name -> Condition at the factor 1 (the rest free of traction)
-    cells : where it may yield
-    Errors: those of solve_boundary, CellError, TooLargeError.
-    """
-
-    def __init__(
-        self,
-        mesh: BoundaryMesh,
-        elastic: Elastic,
-        hardening: YieldLaw,
-        conditions: dict[str, Condition],
-        cells: Cells,
-        memory_limit: float = MEMORY_LIMIT,
-    ) -> None:
-        held, local, resultants, known = conditions_of(mesh, conditions)
-        problem = BoundaryProblem(mesh, elastic, held, local, memory_limit, dilating=True)
-        problem.refuse_unbalanced(resultants)
-        density, shift = problem.solve(resultants[:, None], known[:, None])
-        self.section = PlasticSection(problem, cells, hardening, memory_limit)
-        self.elastic = solution_of(problem, density[:, 0], shift[:, 0])
-        self.density, self.load = density[:, 0], 0.0
-        self.steps: list[Step] = []
-
-    def go_to(self, load: float, consistent: bool = True, tolerance: float = 1e-8) -> Step:
-        """Bring the load factor from where it is to `load`, in smaller steps where it must be.
-
-        Errors: NoEquilibriumError with the factor reached (the state is that of it), CellError.
-        """
-        refuse_unless_finite(EquilibriumError, **{"load factor": load})
-        begin = self.load
-
-        def factor(share: float) -> float:
-            return load if share == 1.0 else begin + share * (load - begin)
-
-        def accept(share: float, done: Increment, used: Any) -> None:
-            self.load = factor(share)
-            self.steps.append(accepted(self.section, done, self.load))
-
-        reach(
-            self.section,
-            lambda share: _Proportional(self.section, self.density, factor(share)),
-            accept,
-            lambda share: f"the load factor {factor(share):.6g}",
-            consistent,
-            tolerance,
-        )
-        return self.steps[-1]
-
-    def displacement(self, points: np.ndarray) -> np.ndarray:
-        """(k, 2) [m] at points (k, 2) inside the body."""
-        plastic = self.section.plastic_stress()
-        elastic = self.load * displacement_at(self.elastic, points)
-        if not len(plastic):
-            return elastic
-        return elastic + (self.section.displacement_matrix(points) @ plastic).reshape(2, -1).T
-
-    def stress(self) -> np.ndarray:
-        """(m, 4) xx yy zz xy [Pa] of all cells: means of those that take part, values at the middle of the others."""
-        return section_stress(self.section, self.load * self.density)
-
-
-class _Proportional:
-    """The load of fixed densities (2 n,) times a factor."""
-
-    def __init__(self, section: PlasticSection, density: np.ndarray, factor: float) -> None:
-        self.section, self.density = section, factor * density
-        self.loads = ()
-
-    def __call__(self, plastic: np.ndarray, tangent: bool) -> tuple[np.ndarray, None]:
-        return self.section.from_layers @ self.density, None
-
-
 def reach(
     section: PlasticSection,
     load_at: Callable[[float], Any],
     accept: Callable[[float, Increment, Any], None],
     describe: Callable[[float], str],
-    consistent: bool = True,
-    tolerance: float = 1e-8,
+    tolerance: float,
 ) -> None:
     """Equilibrium along a load's way from share 0 (held now) to 1, in smaller steps where it must be.
 
@@ -130,7 +48,7 @@ def reach(
         share = 1.0 if reached + step > 1.0 - 1e-9 else reached + step
         load = load_at(share)
         try:
-            found = settle(section, load, None, consistent, tolerance)
+            found = settle(section, load, tolerance)
         except NoEquilibriumError as failure:
             step /= 2
             if step < 0.5**_HALVINGS:
@@ -143,15 +61,12 @@ def reach(
         reached = share
 
 
-def settle(
-    section: PlasticSection, load, start: np.ndarray | None = None, consistent: bool = True, tolerance: float = 1e-8
-) -> Increment:
+def settle(section: PlasticSection, load, tolerance: float) -> Increment:
     """Equilibrium under a load, with as many cells as it takes. load : as in solve_increment, with `density` (2 n,) and
     `loads`, which after a call are those of the last plastic stress."""
+    start = None
     while True:
-        if start is not None and len(start) != 3 * len(section.active):
-            start = None
-        found = solve_increment(section, load, start, tolerance, consistent)
+        found = solve_increment(section, load, start, tolerance)
         flowing = np.zeros(section.cells.count, bool)
         flowing[section.active] = found.returned.along[:, 0, 0] > 0
         section.refuse_at_rim(flowing)

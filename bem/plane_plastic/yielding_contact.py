@@ -82,7 +82,7 @@ class PlasticContact:
         self.slip, self.state = np.zeros(n), self.elastic.last.state
         self.steps: list[ContactStep] = []
 
-    def go_to(self, control: Control, consistent: bool = True, tolerance: float = 1e-8) -> ContactStep:
+    def go_to(self, control: Control, tolerance: float = 1e-8) -> ContactStep:
         """Bring the bodies from the last control to another.
 
         Errors: NoEquilibriumError with the load reached (the state is that of it), CellError, EquilibriumError.
@@ -108,7 +108,6 @@ class PlasticContact:
             lambda share: _Pressed(self, between(share), self.slip, self.state),
             accept,
             describe,
-            consistent,
             tolerance,
         )
         return self.steps[-1]

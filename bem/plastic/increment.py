@@ -47,12 +47,10 @@ def solve_increment(
     hardening: YieldLaw,
     start: np.ndarray | None = None,
     tolerance: float = 1e-6,
-    consistent: bool = True,
 ) -> Increment:
     """held : (nz, 5, nx, ny) deviator by the load and by the plastic strain so far [Pa]; start : first guess of d.
 
-    tolerance  : largest mismatch of stress over the first yield stress
-    consistent : Newton with the consistent tangent; off, the fixed point d <- return(s(d)), to compare
+    tolerance : largest mismatch of stress over the first yield stress
     Errors: NoEquilibriumError.
     """
     shear, before = influence.elastic.shear, influence.products
@@ -67,16 +65,16 @@ def solve_increment(
 
     returned, residual, error = mismatch(d, interaction)
     residuals = [error]
-    for _ in range(_MOST_NEWTON if consistent else 50 * _MOST_NEWTON):
+    for _ in range(_MOST_NEWTON):
         if error <= tolerance:
             deviator = held + interaction
             return Increment(returned, deviator, interaction, residuals, influence.products - before)
-        step = _newton_step(influence, returned, residual, shear, error) if consistent else -residual
+        step = _newton_step(influence, returned, residual, shear, error)
         change = influence.deviator(step)
         share = 1.0
         for _ in range(_HALVINGS):
             new = mismatch(d + share * step, interaction + share * change)
-            if new[2] < error or not consistent:
+            if new[2] < error:
                 break
             share /= 2
         d, interaction = d + share * step, interaction + share * change

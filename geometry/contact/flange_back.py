@@ -60,40 +60,30 @@ def back_gap(state: Wheelset, side: str, check: CheckRail, face: float) -> float
     return min(float(reach[k]), float(near.fun)) - face
 
 
+def back_gap_at(search, side: str, lateral: float, yaw: float, held_at: str) -> float:
+    """Distance [m] of a flange back from its check rail where a wheelset stands; +inf without one."""
+    check = search.track.check_rail(side)
+    if check is None:
+        return np.inf
+    return back_gap(search.touching(lateral, yaw, held_at), side, check, search.track.gauge / 2 - check.flangeway)
+
+
 def within_stops(search, lateral: float, yaw: float, held_at: str) -> float:
     """The lateral shift [m] nearest to the one asked for at which no flange back passes its check rail. search :
     ContactSearch."""
     for side in SIDES:
-        check = search.track.check_rail(side)
-        if check is None:
-            continue
         stopped = False
         for _ in range(20):  # the back moves as the wheelset does, but for its roll
-            gap = back_gap(
-                search.touching(lateral, yaw, held_at), side, check, search.track.gauge / 2 - check.flangeway
-            )
+            gap = back_gap_at(search, side, lateral, yaw, held_at)
             stopped = stopped or gap < -CLOSE
             if not stopped or abs(gap) < CLOSE:
                 break
             lateral -= SIDES[side] * gap
     for side in SIDES:
-        check = search.track.check_rail(side)
-        if check is not None:
-            gap = back_gap(
-                search.touching(lateral, yaw, held_at), side, check, search.track.gauge / 2 - check.flangeway
+        gap = back_gap_at(search, side, lateral, yaw, held_at)
+        if gap < -1e-9:
+            raise WheelsetError(
+                f"the flange backs do not fit between the check rails: {side} back {-gap * 1e3:.3g} mm beyond its"
+                f" face at yaw {yaw:g} rad; widen a flangeway or lessen back_to_back or yaw"
             )
-            if gap < -1e-9:
-                raise WheelsetError(
-                    f"the flange backs do not fit between the check rails: {side} back {-gap * 1e3:.3g} mm beyond its"
-                    f" face at yaw {yaw:g} rad; widen a flangeway or lessen back_to_back or yaw"
-                )
     return lateral
-
-
-def back_gaps(search, state: Wheelset) -> dict[str, float]:
-    """Distance [m] of each flange back from its check rail; +inf without one."""
-    gaps = {}
-    for side in SIDES:
-        check = search.track.check_rail(side)
-        gaps[side] = np.inf if check is None else back_gap(state, side, check, search.track.gauge / 2 - check.flangeway)
-    return gaps

@@ -128,34 +128,3 @@ def cap_height(x: np.ndarray, y: np.ndarray, radius_x: float, radius_y: float, s
             " the paraboloid"
         )
     return quadric / (1 + np.sqrt(1 - quadric / semi_axis))
-
-
-def mesh_half_cylinder_block(
-    radius: float,
-    half_width: float,
-    length: float,
-    height: float,
-    size: float,
-    fine_half_width: float,
-    fine_depth: float,
-    growth: float = 1.3,
-    facing: str = "down",
-    name: str = "cylinder",
-) -> HexMesh:
-    """A slice of a cylinder about the y axis, for Hertz line contact in plane strain: mesh_cap with radius_y infinite.
-
-    length : extent in y [m], cut in cells of about `size`; one cell where length <= size. Other arguments as mesh_cap,
-        in m.
-    """
-    return mesh_cap(
-        radius,
-        np.inf,
-        (half_width, length / 2),
-        height,
-        size,
-        (fine_half_width, length / 2, fine_depth),
-        growth,
-        "ellipsoid",
-        facing,
-        name,
-    )

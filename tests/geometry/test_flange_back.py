@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geometry.contact.flange_back import back_gap, back_gaps
+from geometry.contact.flange_back import back_gap
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import CheckRail, Track, Wheelset, WheelsetError
@@ -62,8 +62,9 @@ def test_the_shift_ends_at_the_check_rail(lateral):
     level = state.y + state.radius * np.sin(state.roll)
     assert level == pytest.approx(-FREE, abs=12 * MM * abs(state.roll))  # the back begins 11.9 mm below the pivot
     assert held.settle(lateral, held_at="axle").y == pytest.approx(state.y, abs=1e-9)
-    assert back_gaps(held, state)["left"] == pytest.approx(0, abs=1e-9)
-    assert back_gaps(held, state)["right"] == np.inf
+    check = held.track.check_rail("left")
+    gap = back_gap(state, "left", check, held.track.gauge / 2 - check.flangeway)
+    assert gap == pytest.approx(0, abs=1e-9) and held.track.check_rail("right") is None
     assert search().settle(lateral, held_at="axle").y == lateral
 
 

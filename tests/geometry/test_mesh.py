@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from geometry.meshing.blocks import cap_height, mesh_box, mesh_cap, mesh_half_cylinder_block
+from geometry.meshing.blocks import cap_height, mesh_box, mesh_cap
 from geometry.meshing.hexmesh import MeshError, boundary_faces, merge_bodies, orient
 from geometry.meshing.quality import cell_volume, scaled_jacobian
 from tests.geometry.mesh_checks import check_mesh, hanging_facets
@@ -118,7 +118,7 @@ def test_cap_lies_on_its_exact_surface(facing, shape, radii):
             lambda: mesh_cap(0.4, 0.4, (0.02, 0.02), 0.02, 2e-3, (4e-3,) * 3, shape="cone"),
             "choose 'ellipsoid' or 'paraboloid'",
         ),
-        (lambda: mesh_half_cylinder_block(0.4, 0.02, 1e-3, 0.02, -2e-3, 4e-3, 4e-3), "size -0.002 m must be positive"),
+        (lambda: mesh_cap(0.4, 0.4, (0.02, 0.02), 0.02, -2e-3, (4e-3,) * 3), "size -0.002 m must be positive"),
     ],
 )
 def test_block_that_cannot_be_is_refused_with_the_remedy(make, message):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from geometry.contact.flange_back import back_gaps
+from geometry.contact.flange_back import back_gap
 from geometry.contact.lofted_search import SurfaceSearch
 from geometry.contact.prismatic_search import ContactSearch, Motion, creepages
 from geometry.path.wheel_path import wheel_path
@@ -286,7 +286,9 @@ def test_flange_backs_stop_at_check_rail_and_wing_where_these_are(rail):
     free = SurfaceSearch(Wheelset(wheel_profile("P8")), Track.plain_line(), left=rail)
     for x, lateral, side in ((0.3, 8 * MM, "right"), (0.3, -8 * MM, "left"), (-0.2, 8 * MM, "right")):
         held = search.at(x).settle(lateral, 0.004)
-        assert back_gaps(search.at(x), held)[side] == pytest.approx(0, abs=1e-9)
+        check = search.at(x).track.check_rail(side)
+        gap = back_gap(held, side, check, track.gauge / 2 - check.flangeway)
+        assert gap == pytest.approx(0, abs=1e-9)
         assert abs(held.y + held.radius * np.sin(held.roll)) < 5 * MM
     for x, lateral in ((-0.5, 8 * MM), (-0.2, -8 * MM)):
         assert search.at(x).settle(lateral).y == free.at(x).settle(lateral).y

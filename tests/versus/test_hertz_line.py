@@ -6,7 +6,7 @@ from mpi4py import MPI
 
 from bem.exact.hertz import line_compression, line_contact_of_width
 from bem.material import Elastic, contact_modulus
-from geometry.meshing.blocks import mesh_half_cylinder_block
+from geometry.meshing.blocks import mesh_cap
 from rail_fem.scene.steel import Steel
 from rail_fem.studies import impact as study
 from tests.order import assert_order
@@ -24,7 +24,10 @@ def press(across: int, depth: float = DEPTH) -> tuple[float, float, np.ndarray]:
     fine = np.ceil(1.5 * EXACT.half_width / size) * size
     wheel, rail = (
         study.keep_positive(
-            mesh_half_cylinder_block(radius, depth, size, depth, size, fine, fine, facing=facing, name=facing), (0,)
+            mesh_cap(
+                radius, np.inf, (depth, size / 2), depth, size, (fine, size / 2, fine), facing=facing, name=facing
+            ),
+            (0,),
         )
         for radius, facing in ((0.5, "down"), (np.inf, "up"))
     )

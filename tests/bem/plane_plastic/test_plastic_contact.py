@@ -73,17 +73,11 @@ def test_vertical_stress_below_the_patch_carries_the_load(loaded):
 
 
 def test_newton_through_the_contact_is_quadratic():
-    residuals, peeq = [], []
-    for consistent in (True, False):
-        contact = press(LOAD, hardening=Hardening.linear(YIELD, 20e9))
-        contact.section.grow(np.ones(contact.section.cells.count, bool))
-        done = contact.go_to(down(LOAD), consistent, 1e-10)
-        residuals.append(done.step.residuals)
-        peeq.append(done.step.peeq)
-    last = [r for r in residuals[0] if r < 1e-2]
-    assert all(b < 100 * a**2 + 1e-11 for a, b in zip(last, last[1:])), residuals[0]
-    assert len(residuals[1]) > 4 * len(residuals[0])
-    np.testing.assert_allclose(*peeq, atol=1e-6 * peeq[0].max())
+    contact = press(LOAD, hardening=Hardening.linear(YIELD, 20e9))
+    contact.section.grow(np.ones(contact.section.cells.count, bool))
+    found = contact.go_to(down(LOAD), 1e-10).step.residuals
+    last = [r for r in found if r < 1e-2]
+    assert len(last) > 1 and all(b < 100 * a**2 + 1e-11 for a, b in zip(last, last[1:])), found
 
 
 def test_unloading_leaves_a_dent_and_stress_in_balance(loaded):

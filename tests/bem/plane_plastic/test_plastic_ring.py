@@ -105,22 +105,15 @@ def test_a_nearly_incompressible_ring_is_within_half_a_per_cent():
     assert nearly_incompressible_errors(0.05).max() < 6e-3
 
 
-def test_newton_with_the_consistent_tangent_is_quadratic_and_the_fixed_point_is_not():
-    """Each residual is of the order of the square of the one before, to round-off; both end at one answer."""
+def test_newton_with_the_consistent_tangent_is_quadratic():
+    """Each residual is of the order of the square of the one before, to round-off."""
     exact = ring(20e9)
-    pressure, peeq, counts = exact.pressure(1.6), [], []
-    for consistent in (True, False):
-        body = ring_body(0.14, Hardening.linear(YIELD, 20e9), 0.3)
-        body.section.grow(np.ones(body.section.cells.count, bool))
-        body.go_to(exact.first_pressure)
-        done = body.go_to(pressure, consistent, tolerance=1e-11)
-        peeq.append(done.peeq)
-        counts.append(len(done.residuals) - 1)
-        if consistent:
-            last = [r for r in done.residuals if r < 0.05]
-            assert all(b < 20 * a**2 + 1e-12 for a, b in zip(last, last[1:])), done.residuals
-    np.testing.assert_allclose(*peeq, atol=1e-8 * peeq[0].max())
-    assert counts[0] <= 8 and counts[1] > 4 * counts[0], counts
+    body = ring_body(0.14, Hardening.linear(YIELD, 20e9), 0.3)
+    body.section.grow(np.ones(body.section.cells.count, bool))
+    body.go_to(exact.first_pressure)
+    found = body.go_to(exact.pressure(1.6), tolerance=1e-11).residuals
+    last = [r for r in found if r < 0.05]
+    assert all(b < 20 * a**2 + 1e-12 for a, b in zip(last, last[1:])) and len(found) <= 9, found
 
 
 def test_a_load_beyond_collapse_is_refused_with_the_load_reached():

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from bem.cycle_jumps import CELL_ERROR, LEAST_FLOW, verdict, verdict_words
 from bem.material import STEEL
 from bem.patch import Grid
 from bem.plastic.body import PlasticBody
 from bem.plastic.deviator import FROM_DEVIATOR, equivalent_stress
 from bem.plastic.hardening import Hardening, YieldLaw
-from bem.plastic.rolling import PlasticTrack, repeat_passes
+from bem.plastic.rolling import PlasticTrack, one_pass
 from bem.plastic.surface import LoadStress
 
 YIELD = 300e6
@@ -39,6 +40,68 @@ def rolling_line(
     pressure = ratio * SHEAR_YIELD * np.diff(whole) / side
     deviator, _ = LoadStress(grid, body.depths, STEEL.poisson)((pressure[:, None],))
     return PlasticTrack(body, ring * cells, min(window, ring // 2) * cells, periodic=True), deviator
+
+
+@dataclass
+class Passes:
+    """Repeated passes over a ring.
+
+    growth : (passes,) largest growth of the equivalent plastic strain in each pass, of the mean over the ring
+    section : (nz, ny) equivalent plastic strain after the last pass, mean over the ring
+    per_pass : (nz, ny) its growth in the last pass
+    verdict : one of bem.cycle_jumps.VERDICTS, where plastic strain grows most, or "not steady"; words : with the growth
+    strain_growth : (nz, 5, ny) growth of the plastic strain itself in the last pass
+    solved : passes that were solved; the others of a steady state go on with its growth
+    """
+
+    growth: np.ndarray
+    section: np.ndarray
+    per_pass: np.ndarray
+    strain_growth: np.ndarray
+    verdict: str
+    words: str
+    solved: int
+
+
+def repeat_passes(
+    track: PlasticTrack,
+    deviator: np.ndarray,
+    passes: int,
+    stride: int = 1,
+    steady: float = 0.01,
+    shakedown: float = LEAST_FLOW,
+) -> Passes:
+    """Roll a given load over a ring again and again until its state is steady, and go on with the steady growth.
+
+    deviator : (nz, 5, nx, ny) of the load in the window [Pa]; stride : columns a step
+    steady   : change of the growth per pass over the growth, below which it is taken for steady
+    shakedown : growth per pass below which the body has come to rest elastically
+
+    Error of the extrapolation: at most `steady` of the growth per pass, times the passes left; the plastic strain is
+    then that of the pass solved last plus growth times the passes left, stresses stay those of the pass solved last.
+    """
+    growth, grown, previous, steadied = [], [], None, False
+    for _ in range(passes):
+        before, strain = track.state.peeq.mean(axis=1), track.state.strain.mean(axis=2)
+        one_pass(track, deviator, stride)
+        change = track.state.peeq.mean(axis=1) - before
+        strain_growth = track.state.strain.mean(axis=2) - strain
+        growth.append(float(change.max()))
+        grown.append((change, np.sqrt(2 / 3) * np.linalg.norm(strain_growth, axis=1)))
+        at_rest = growth[-1] <= shakedown
+        steadied = at_rest or (previous is not None and np.abs(change - previous).max() <= steady * change.max())
+        if steadied:
+            break
+        previous = change
+    solved, (k, j) = len(growth), np.unravel_index(change.argmax(), change.shape)
+    left = passes - solved if steadied and not at_rest else 0
+    found = words = "not steady"
+    if steadied:
+        flow, stays = np.array([(flow[k, j], stays[k, j]) for flow, stays in grown]).T
+        found, words = (say(flow, stays, shakedown, CELL_ERROR) for say in (verdict, verdict_words))
+    growth += [growth[-1]] * left + [0.0] * (passes - solved - left)
+    section = track.state.peeq.mean(axis=1) + left * change
+    return Passes(np.array(growth), section, change, strain_growth, found, words, solved)
 
 
 @dataclass(frozen=True)
