@@ -23,6 +23,7 @@ import numpy as np
 
 from bem.dynamic.cells import Cells
 from bem.material import Elastic
+from bem.plane.boundary import displacement_map, stress_map
 from bem.plane.kelvin import _frames, _local, _weight_integrals
 from bem.plane.mesh import BoundaryMesh
 from kernel_cache import njit
@@ -125,26 +126,13 @@ def _complex(points: np.ndarray) -> np.ndarray:
 def displacement_of_cells(points: np.ndarray, cells: Cells, material: Elastic) -> np.ndarray:
     """Displacement (2m, 2N) [m per N/m], all x then all y, at points (m, 2) of a unit force spread over each cell."""
     log_r, twist = _displacement_integrals(_complex(points), _layout(cells))
-    c = 1 / (2 * np.pi * (1 + material.kolosov)) / (2 * material.shear) / cells.area
-    log_r *= -2 * c * material.kolosov
-    twist *= c
-    return np.block([[log_r + twist.real, twist.imag], [twist.imag, log_r - twist.real]])
+    return displacement_map(log_r, twist, material, cells.area)
 
 
 def stress_of_cells(points: np.ndarray, cells: Cells, material: Elastic) -> np.ndarray:
     """Stress (3, m, 2N) xx, yy, xy [Pa per N/m] at points (m, 2) of a unit force spread over each cell, x then y."""
     pole, steep = _stress_integrals(_complex(points), _layout(cells))
-    kappa = material.kolosov
-    c = 1 / (2 * np.pi * (1 + kappa)) / cells.area
-    out = np.empty((3, len(points), 2 * len(cells)))
-    for axis, force in enumerate((1.0, 1j)):
-        total = -4 * c * (force * pole).real
-        deviator = 2 * c * (force * steep + kappa * np.conj(force) * pole)
-        columns = slice(axis * len(cells), (axis + 1) * len(cells))
-        out[0][:, columns] = (total - deviator.real) / 2
-        out[1][:, columns] = (total + deviator.real) / 2
-        out[2][:, columns] = deviator.imag / 2
-    return out
+    return stress_map(pole, steep, material.kolosov, cells.area).reshape(3, len(points), -1)
 
 
 def path_forces(begin: np.ndarray, end: np.ndarray, cells: Cells, material: Elastic) -> np.ndarray:

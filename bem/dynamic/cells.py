@@ -14,6 +14,7 @@ import numpy as np
 from scipy import sparse
 
 from bem.checks import refuse_unless_positive
+from bem.plane.internal import signed_distance
 from bem.plane.mesh import BoundaryMesh
 from kernel_cache import njit
 
@@ -70,7 +71,8 @@ def fill_with_cells(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]
         raise CellError("an infinite body cannot be filled with cells: cut it off, or go by the Laplace domain")
     corner, side = _quadtree(mesh, size)
     loops = _loops(mesh)
-    near = _distance(mesh, corner + side[:, None] / 2) < side * np.sqrt(0.5)
+    inward = signed_distance(mesh, corner + side[:, None] / 2)
+    near = np.abs(inward) < side * np.sqrt(0.5)
     edges, kept, whole = [], [], []
     for k in np.flatnonzero(near):
         pieces = [_clip(loop, *corner[k], side[k]) for loop in loops]
@@ -80,7 +82,7 @@ def fill_with_cells(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]
             edges.append((np.concatenate(pieces), np.concatenate([np.roll(piece, -1) for piece in pieces])))
             kept.append(k)
             whole.append(False)
-    for k in np.flatnonzero(~near & _inside(mesh, corner + side[:, None] / 2)):
+    for k in np.flatnonzero(~near & (inward > 0)):
         square = complex(*corner[k]) + side[k] * np.array([0, 1, 1 + 1j, 1j])
         edges.append((square, np.roll(square, -1)))
         kept.append(k)
@@ -162,7 +164,7 @@ def _quadtree(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]) -> t
         wanted = np.asarray(size(sample.reshape(-1, 2)), float).reshape(-1, 5).min(axis=1)
         refuse_unless_positive(CellError, **{"cell size [m]": float(wanted.min())})
         centre = corner + side[:, None] / 2
-        meets = (_distance(mesh, centre) < side * np.sqrt(0.5)) | _inside(mesh, centre)
+        meets = signed_distance(mesh, centre) > -side * np.sqrt(0.5)
         split = meets & (side > wanted * (1 + 1e-9))
         done.append((corner[meets & ~split], side[meets & ~split]))
         half = side[split] / 2
@@ -177,31 +179,6 @@ def _quadtree(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]) -> t
     if len(sides) > MOST_CELLS:
         raise CellError(f"{len(sides)} cells, more than {MOST_CELLS}: choose a larger size")
     return corners, sides
-
-
-def _distance(mesh: BoundaryMesh, points: np.ndarray) -> np.ndarray:
-    """Distance (m,) [m] of points (m, 2) from the boundary mesh."""
-    return _nearest(points[:, 0] + 1j * points[:, 1], mesh.start, mesh.end)[0]
-
-
-def _inside(mesh: BoundaryMesh, points: np.ndarray) -> np.ndarray:
-    """Whether points (m, 2) lie within the boundary mesh, (m,) bool."""
-    return np.abs(_nearest(points[:, 0] + 1j * points[:, 1], mesh.start, mesh.end)[1]) > 3
-
-
-@njit(cache=True)
-def _nearest(z, start, end):
-    """Distance to the nearest segment (m,) and the angle [rad] (m,) that all segments turn through as seen from z."""
-    distance, turn = np.full(z.size, np.inf), np.zeros(z.size)
-    for i in range(z.size):
-        for e in range(start.size):
-            a, b = start[e] - z[i], end[e] - z[i]
-            step = b - a
-            share = -(a * step.conjugate()).real / (step.real**2 + step.imag**2)
-            foot = a + min(max(share, 0.0), 1.0) * step
-            distance[i] = min(distance[i], abs(foot))
-            turn[i] += np.arctan2((a.conjugate() * b).imag, (a.conjugate() * b).real)
-    return distance, turn
 
 
 @njit(cache=True)

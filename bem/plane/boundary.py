@@ -25,7 +25,7 @@ from scipy.linalg import lu_factor, lu_solve
 from bem.checks import point_text, refuse_unless_finite
 from bem.material import Elastic, MaterialError
 from bem.plane.dilatation import Dilatation, in_holes
-from bem.plane.kelvin import ResultantIntegrals, displacement_integrals, resultant_integrals
+from bem.plane.kelvin import ResultantIntegrals, components, displacement_integrals, resultant_integrals
 from bem.plane.mesh import BoundaryMesh
 from bem.plane.point_load import PointLoad
 
@@ -67,7 +67,15 @@ def displacement_matrix(points: np.ndarray, mesh: BoundaryMesh, material: Elasti
     """Displacement (2m, 2n) [m/Pa] at points (m, 2), all x then all y, of the densities."""
     z = points[:, 0] + 1j * points[:, 1]
     log_r, twist = displacement_integrals(z, mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities)
-    c = 1 / (2 * np.pi * (1 + material.kolosov)) / (2 * material.shear)
+    return displacement_map(log_r, twist, material)
+
+
+def displacement_map(
+    log_r: np.ndarray, twist: np.ndarray, material: Elastic, area: np.ndarray | float = 1.0
+) -> np.ndarray:
+    """Displacement (2m, 2n), all x then all y, by forces of the integrals of ln r and e^(2 i theta) (m, n), which are
+    changed; area : (n,) over which each force is spread [m^2], where it is one force."""
+    c = 1 / (2 * np.pi * (1 + material.kolosov)) / (2 * material.shear) / area
     log_r *= -2 * c * material.kolosov
     twist *= c
     m, n = log_r.shape
@@ -76,6 +84,16 @@ def displacement_matrix(points: np.ndarray, mesh: BoundaryMesh, material: Elasti
     matrix[m:, n:] = log_r - twist.real
     matrix[:m, n:] = matrix[m:, :n] = twist.imag
     return matrix
+
+
+def stress_map(a: np.ndarray, b: np.ndarray, kappa: float, area: np.ndarray | float = 1.0) -> np.ndarray:
+    """Stress (3, m, 2, n) xx yy xy by forces x, y of the integrals a of 1 / zeta and b of conj(zeta) / zeta^2 (m, n);
+    area as of `displacement_map`."""
+    c = 1 / (2 * np.pi * (1 + kappa)) / area
+    fields = [
+        components(-4 * c * (force * a).real, 2 * c * (kappa * np.conj(force) * a + force * b)) for force in (1.0, 1j)
+    ]
+    return np.stack(fields, axis=2)
 
 
 def resultant_matrix(mesh: BoundaryMesh, material: Elastic, out: np.ndarray | None = None) -> np.ndarray:

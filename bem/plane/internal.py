@@ -16,7 +16,7 @@ import numpy as np
 from bem.checks import plane_points, refuse_unless_positive
 from bem.exact.subsurface import von_mises_plane
 from bem.plane.boundary import BoundarySolution, resultant_map
-from bem.plane.kelvin import displacement_sums, resultant_integrals, stress_sums
+from bem.plane.kelvin import components, displacement_sums, resultant_integrals, stress_sums
 from bem.plane.mesh import BoundaryMesh
 from bem.plane.outline import Outline
 from kernel_cache import njit
@@ -58,6 +58,11 @@ def _nearest(x, y, ax, ay, bx, by):
 def _locate(mesh: BoundaryMesh, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     start, end = mesh.start, mesh.end
     return _nearest(points[:, 0], points[:, 1], start.real, start.imag, end.real, end.imag)
+
+
+def signed_distance(mesh: BoundaryMesh, points: np.ndarray) -> np.ndarray:
+    """Distance (m,) [m] of points (m, 2) from the boundary, positive within the body."""
+    return _locate(mesh, points)[2]
 
 
 def displacement_at(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
@@ -183,7 +188,7 @@ def boundary_stress(solution: BoundarySolution, element: np.ndarray) -> np.ndarr
     tangential = material.plane_modulus * stretch + material.poisson / (1 - material.poisson) * normal
     total, deviator = normal + tangential, (tangential - normal + 2j * shear) * np.conj(-1j * along) ** 2
     # yy - xx + 2 i xy turns by twice the angle of the normal, backwards
-    return np.column_stack([(total - deviator.real) / 2, (total + deviator.real) / 2, deviator.imag / 2])
+    return components(total, deviator).T
 
 
 @dataclass(frozen=True)

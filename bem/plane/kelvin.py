@@ -295,6 +295,11 @@ def stress_sums(points, start, end, at_start, at_end, kappa):
     return out
 
 
+def components(total: np.ndarray, deviator: np.ndarray) -> np.ndarray:
+    """Stress (3, ...) xx, yy, xy of sxx + syy and the complex syy - sxx + 2 i sxy."""
+    return np.array([(total - deviator.real) / 2, (total + deviator.real) / 2, deviator.imag / 2])
+
+
 def point_force_displacement(points: np.ndarray, at: complex, force: complex, kappa: float) -> np.ndarray:
     """2 G u (m,) complex [N/m] at complex points of a point force [N/m] in the infinite plane, up to a constant."""
     away = points - at
@@ -317,4 +322,4 @@ def point_force_stress(points: np.ndarray, at: complex, force: complex, kappa: f
     c = 1 / (2 * np.pi * (1 + kappa))
     total = -4 * c * (force * inverse).real
     deviator = 2 * c * (force * inverse**2 * np.conj(points - at) + kappa * np.conj(force) * inverse)
-    return np.column_stack([(total - deviator.real) / 2, (total + deviator.real) / 2, deviator.imag / 2])
+    return components(total, deviator).T

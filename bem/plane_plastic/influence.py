@@ -13,7 +13,7 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from bem.material import Elastic
-from bem.plane.boundary import resultant_map
+from bem.plane.boundary import displacement_map, resultant_map, stress_map
 from bem.plane.kelvin import displacement_integrals, resultant_integrals
 from bem.plane.mesh import BoundaryMesh
 from bem.plane_plastic.cells import Cells, boundary_edges
@@ -26,19 +26,6 @@ _BLOCK = 4_000_000  # pairs of point and edge at a time
 _PLANE, _KEPT = [0, 1, 5], [0, 1, 4]  # xx yy xy of VOIGT; the deviators that are not zero in plane strain
 TO_PLANE = FROM_DEVIATOR[np.ix_(_PLANE, _KEPT)]  # (3, 3) in-plane stress of a deviator
 OF_STRAIN = TO_DEVIATOR[np.ix_(_KEPT, _PLANE)]  # (3, 3) deviator of an in-plane strain, e_zz = 0
-
-
-def stress_matrix(a: np.ndarray, b: np.ndarray, kappa: float) -> np.ndarray:
-    """Stress (3, m, 2, n) xx yy xy by forces x, y of the integrals a, b (m, n)."""
-    c = 1.0 / (2.0 * np.pi * (1.0 + kappa))
-    out = np.empty((3, a.shape[0], 2, a.shape[1]))
-    for axis, force in enumerate((1.0, 1j)):
-        total = -4 * c * (force * a).real
-        deviator = 2 * c * (kappa * np.conj(force) * a + force * b)
-        out[0, :, axis] = (total - deviator.real) / 2
-        out[1, :, axis] = (total + deviator.real) / 2
-        out[2, :, axis] = deviator.imag / 2
-    return out
 
 
 def strain_of_stress(stress: np.ndarray, poisson: float) -> np.ndarray:
@@ -78,7 +65,7 @@ def strain_at_cells(
         part = slice(low, min(low + step, m))
         a, b = hat_stress_integrals(z[4 * part.start : 4 * part.stop], start, end, first, last, count)
         a, b = (values.reshape(-1, 4, count).mean(axis=1) for values in (a, b))
-        out[:, part] = strain_of_stress(stress_matrix(a, b, elastic.kolosov), elastic.poisson)
+        out[:, part] = strain_of_stress(stress_map(a, b, elastic.kolosov), elastic.poisson)
     return out
 
 
@@ -143,15 +130,9 @@ def displacement_by_cells(points: np.ndarray, cells: Cells, chosen: np.ndarray, 
     """Displacement (2 m, 3 k) [m/Pa] at points (m, 2), all x then all y, by unit initial stress of cells."""
     edges, forces = edge_forces(cells, chosen)
     z, e = cells.complex_vertices, np.arange(len(edges))
-    log_r, twist = displacement_integrals(
-        points[:, 0] + 1j * points[:, 1], z[edges], z[cells.following[edges]], e, e, len(e)
-    )
-    c, kappa, m = 1 / (2 * np.pi * (1 + elastic.kolosov)) / (2 * elastic.shear), elastic.kolosov, len(points)
-    out = np.empty((2 * m, 2 * len(e)))
-    out[:m, : len(e)] = -2 * c * kappa * log_r + c * twist.real
-    out[m:, len(e) :] = -2 * c * kappa * log_r - c * twist.real
-    out[:m, len(e) :] = out[m:, : len(e)] = c * twist.imag
-    return out @ forces
+    at = points[:, 0] + 1j * points[:, 1]
+    log_r, twist = displacement_integrals(at, z[edges], z[cells.following[edges]], e, e, len(e))
+    return displacement_map(log_r, twist, elastic) @ forces
 
 
 def strain_by_layers(points: np.ndarray, mesh: BoundaryMesh, elastic: Elastic) -> np.ndarray:
