@@ -7,6 +7,7 @@ Error: second order in stress, third in displacement where the solution is smoot
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,7 +22,8 @@ from bem.plane.body import Body
 from bem.plane.curve import divide
 from bem.plane.mesh import Sizing, Zone
 from geometry.meshing.triangles import fill_with_triangles
-from rail_fem.fe.compat import evaluate, fem, lagrange_vectors, petsc, quadratic_triangle_mesh
+from rail_fem.fe.compat import evaluate, fem, lagrange_vectors, quadratic_triangle_mesh
+from rail_fem.static_fe.solid_stiffness import assembled, elastic_stress
 
 # Gauss points of a triangle, where stresses of quadratic displacements are best
 INNER = np.array([[1, 1], [4, 1], [1, 4]]) / 6
@@ -113,30 +115,17 @@ class PlaneBody:
         self._factorise()
 
     def _stress(self, u):
-        young, poisson = self.body.material.young, self.body.material.poisson
-        shear = young / (2 * (1 + poisson))
-        lame = 2 * shear * poisson / (1 - 2 * poisson)
-        shear, lame = (fem.Constant(self.mesh, float(value)) for value in (shear, lame))
-        strain = ufl.sym(ufl.grad(u))
-        return 2 * shear * strain + lame * ufl.tr(strain) * ufl.Identity(2)
-
-    def _assembled(self, form) -> sparse.csc_matrix:
-        """A bilinear form as a matrix (2m, 2m), x and y of the nodes in turn."""
-        matrix = petsc.assemble_matrix(fem.form(form))
-        matrix.assemble()
-        start, column, value = matrix.getValuesCSR()
-        order = (2 * self.dof_of[:, None] + [0, 1]).ravel()
-        return sparse.csr_matrix((value, column, start), shape=matrix.getSize())[order][:, order].tocsc()
+        return elastic_stress(u, self.body.material, self.mesh)
 
     def stiffness(self) -> sparse.csc_matrix:
         """Stiffness (2m, 2m) [Pa], the held edge not yet held."""
         u, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
-        return self._assembled(ufl.inner(self._stress(u), ufl.grad(v)) * ufl.dx)
+        return assembled(ufl.inner(self._stress(u), ufl.grad(v)) * ufl.dx, self.dof_of).tocsc()
 
     def mass(self, density: float) -> sparse.csc_matrix:
         """Consistent mass (2m, 2m) [kg/m] of a density [kg/m^3]."""
         u, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
-        return self._assembled(density * ufl.inner(u, v) * ufl.dx)
+        return assembled(density * ufl.inner(u, v) * ufl.dx, self.dof_of).tocsc()
 
     def _factorise(self) -> None:
         stiffness = self.stiffness()
@@ -152,18 +141,22 @@ class PlaneBody:
         return out
 
     @cached_property
-    def _sampled(self):
-        self._field = fem.Function(self.space)
-        stress, x = self._stress(self._field), ufl.SpatialCoordinate(self.mesh)
-        return fem.Expression(ufl.as_vector((x[0], x[1], stress[0, 0], stress[1, 1], stress[0, 1])), INNER)
+    def stress(self) -> TensorAtPoints:
+        """Points (p, 2) [m] and stress (p, 3) xx, yy, xy [Pa] there, of displacements (2m,) [m]."""
+        return TensorAtPoints(self, self._stress)
 
-    def stress(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points (p, 2) [m] and stress (p, 3) xx, yy, xy [Pa] there, of displacements (2m,) [m]: three points in each
-        triangle."""
-        expression = self._sampled
-        values = np.empty(displacement.size)
-        values[(2 * self.dof_of[:, None] + [0, 1]).ravel()] = displacement
-        self._field.x.array[:] = values
-        cells = np.arange(len(self.triangles), dtype=np.int32)
-        table = evaluate(expression, self.mesh, cells).reshape(-1, 5)
+
+class TensorAtPoints:
+    """A tensor of a displacement at three points in each triangle, cell by cell; tensor : displacement -> form"""
+
+    def __init__(self, body: PlaneBody, tensor: Callable) -> None:
+        self.mesh, self.order = body.mesh, (2 * body.dof_of[:, None] + [0, 1]).ravel()
+        self.cells, self.field = np.arange(len(body.triangles), dtype=np.int32), fem.Function(body.space)
+        found, x = tensor(self.field), ufl.SpatialCoordinate(body.mesh)
+        self.expression = fem.Expression(ufl.as_vector((x[0], x[1], found[0, 0], found[1, 1], found[0, 1])), INNER)
+
+    def __call__(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points (p, 2) [m] and components (p, 3) xx, yy, xy there, of displacements (2m,) [m]."""
+        self.field.x.array[self.order] = displacement
+        table = evaluate(self.expression, self.mesh, self.cells).reshape(-1, 5)
         return table[:, :2], table[:, 2:]

@@ -16,9 +16,9 @@ import ufl
 
 from bem.plane.body import Body
 from bem.plastic.mixing import Mixing
-from rail_fem.fe.compat import cell_dofs, discontinuous, evaluate, fem
+from rail_fem.fe.compat import cell_dofs, discontinuous, fem
 from rail_fem.static_fe.plane_contact import PressedBodies
-from rail_fem.static_fe.plane_strain import INNER, Fineness, PlaneBody, PlaneStrainError
+from rail_fem.static_fe.plane_strain import INNER, Fineness, PlaneBody, PlaneStrainError, TensorAtPoints
 
 _MOST_TURNS = 400
 
@@ -43,31 +43,21 @@ class InitialStress:
     def __init__(self, body: PlaneBody) -> None:
         self.body, mesh = body, body.mesh
         space = discontinuous(mesh, 1, (2, 2))
-        self._stress, self._field = fem.Function(space), fem.Function(body.space)
+        self._stress = fem.Function(space)
         self._dofs = cell_dofs(space)
         at_points = np.column_stack([1 - INNER.sum(axis=1), INNER])
         self._to_corners = np.linalg.inv(at_points)
         test = ufl.TestFunction(body.space)
         measure = ufl.dx(metadata={"quadrature_degree": 2})
         self._form = fem.form(ufl.inner(self._stress, ufl.sym(ufl.grad(test))) * measure)
-        strain = ufl.sym(ufl.grad(self._field))
-        x = ufl.SpatialCoordinate(mesh)
-        self._expression = fem.Expression(ufl.as_vector((x[0], x[1], strain[0, 0], strain[1, 1], strain[0, 1])), INNER)
-        self._cells = np.arange(len(body.triangles), dtype=np.int32)
-        self._order = (2 * body.dof_of[:, None] + [0, 1]).ravel()
-
-    def strain(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points (p, 2) [m] and strain (p, 3) xx yy xy of displacements (2 m,) [m]."""
-        self._field.x.array[self._order] = displacement
-        table = evaluate(self._expression, self.body.mesh, self._cells).reshape(-1, 5)
-        return table[:, :2], table[:, 2:]
+        self.strain = TensorAtPoints(body, lambda u: ufl.sym(ufl.grad(u)))
 
     def displacement(self, stress: np.ndarray) -> np.ndarray:
         """Displacement (2 m,) [m] by initial stress (p, 3) xx yy xy [Pa] at the points."""
         corners = np.einsum("ab,kbc->kac", self._to_corners, stress.reshape(-1, 3, 3))
         values = self._stress.x.array.reshape(-1, 4)
         values[self._dofs.ravel()] = corners.reshape(-1, 3)[:, [0, 2, 2, 1]]
-        force = np.asarray(fem.assemble_vector(self._form).array)[self._order]
+        force = np.asarray(fem.assemble_vector(self._form).array)[self.strain.order]
         return self.body.displacement(force[:, None])[:, 0]
 
 

@@ -30,13 +30,24 @@ def stiffness(mesh: HexMesh, material: Elastic) -> sparse.csr_matrix:
     if len(np.unique(dof_of)) < len(mesh.points):
         raise MeshError(f"nodes of the mesh coincide (nearest {away.max():.3g} m): merge them first")
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    stress = elastic_stress(u, material, solid)
+    return assembled(ufl.inner(stress, ufl.grad(v)) * ufl.dx(metadata={"quadrature_degree": 2}), dof_of)
+
+
+def elastic_stress(u, material: Elastic, mesh):
+    """Stress of a displacement as a form: of a solid, or of plane strain on a plane mesh."""
     shear = material.young / (2 * (1 + material.poisson))
     lame = 2 * shear * material.poisson / (1 - 2 * material.poisson)
-    shear, lame = (fem.Constant(solid, float(value)) for value in (shear, lame))
+    shear, lame = (fem.Constant(mesh, float(value)) for value in (shear, lame))
     strain = ufl.sym(ufl.grad(u))
-    stress = 2 * shear * strain + lame * ufl.tr(strain) * ufl.Identity(3)
-    matrix = petsc.assemble_matrix(fem.form(ufl.inner(stress, ufl.grad(v)) * ufl.dx(metadata={"quadrature_degree": 2})))
+    return 2 * shear * strain + lame * ufl.tr(strain) * ufl.Identity(mesh.geometry.dim)
+
+
+def assembled(form, dof_of: np.ndarray) -> sparse.csr_matrix:
+    """A bilinear form as a matrix, all components of node 0, then of node 1, and so on; dof_of : of each node."""
+    matrix = petsc.assemble_matrix(fem.form(form))
     matrix.assemble()
-    start, column, value = matrix.getValuesCSR()
-    order = (3 * dof_of[:, None] + [0, 1, 2]).ravel()
+    (start, column, value), total = matrix.getValuesCSR(), matrix.getSize()[0]
+    count = total // len(dof_of)
+    order = (count * dof_of[:, None] + np.arange(count)).ravel()
     return sparse.csr_matrix((value, column, start), shape=matrix.getSize())[order][:, order]
