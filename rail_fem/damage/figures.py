@@ -168,9 +168,11 @@ def section_panels(site: CrossingSite, state: Evolution, stations: list[tuple[in
         outlines: dict[str, tuple] = {f"{b}, before": (y * MM, shown(heights(site.base, b)), ":") for b in BODIES}
         outlines |= {f"{b}, after": (y * MM, shown(heights(after, b))) for b in BODIES}
         sections.append(Panel("y [mm]", "z [mm]", outlines, f"x = {x[0] * MM:.0f} mm"))
-        lines: dict[str, tuple] = {f"{name}, wear": (own, -state.depth[body, i] * UM)}
+        worn = np.flatnonzero(state.depth[body, i] > 0.01 * state.depth[body, i].max())
+        near = slice(max(worn[0] - 4, 0), worn[-1] + 5)
+        lines: dict[str, tuple] = {f"{name}, wear": (own[near], -state.depth[body, i, near] * UM)}
         if site.flow is not None:
-            lines[f"{name}, flow before"] = own, -site.flow[body, i] * UM, ":"
+            lines[f"{name}, flow before"] = own[near], -site.flow[body, i, near] * UM, ":"
         lost.append(Panel("y [mm]", "lost, vertically [\u00b5m]", lines))
     return sections + lost
 
@@ -205,8 +207,8 @@ def tgamma_panels(settings: DamageSettings, state: Evolution, before: CrossingRa
                 lines[words] = facts.x[order] * MM, facts.tgamma[order], style
                 damage[words] = facts.x[order] * MM, model.damage(facts.tgamma[order]) * 1e6, style
     lines |= region_lines(model, state.worn.x[[0, -1]] * MM)
-    what = "x along the crossing [mm]", "damage by one axle [10\u207b\u2076]; below 0 wear takes cracks away"
-    return [Panel(what[0], "T\u03b3 of a patch [N]", lines), Panel(*what, damage)]
+    x, below = "x along the crossing [mm]", "below 0 wear takes cracks away"
+    return [Panel(x, "T\u03b3 of a patch [N]", lines), Panel(x, "damage by one axle [10\u207b\u2076]", damage, below)]
 
 
 def wheel_panels(settings: DamageSettings, site: CrossingSite, state: Evolution) -> list[Panel]:
@@ -214,13 +216,13 @@ def wheel_panels(settings: DamageSettings, site: CrossingSite, state: Evolution)
     band over the laws."""
     depth = np.asarray(state.wheels).sum(axis=2) * (THOUSAND / (state.passes - state.began)) * UM
     y, lead = site.wheel_lines * MM, list(state.by_law).index(settings.law)
-    seen = (depth[:, lead] > LEAST * depth[:, lead].max()).any(axis=0)
-    y, depth = y[seen], depth[..., seen]
+    seen = np.flatnonzero((depth[:, lead] > LEAST * depth[:, lead].max()).any(axis=0))
+    worn = slice(seen[0], seen[-1] + 1)
+    y, depth = y[worn], np.where(depth[..., worn] > LEAST * depth[:, lead].max(), depth[..., worn], np.nan)
     mean = np.tensordot([one.weight for one in site.passes], depth, 1)
     profiles = {one.scene.wheel.name: (y, one.scene.wheel.shape.height(y / MM) * MM) for one in site.passes}
     each = {one.label: (y, own) for one, own in zip(site.passes, depth[:, lead], strict=True)}
-    bounds = np.maximum(mean.min(axis=0), LEAST * mean.max()), mean.max(axis=0)
-    band = {"band over the laws": (y, bounds, "band"), "leading law": (y, mean[lead])}
+    band = {"band over the laws": (y, (mean.min(axis=0), mean.max(axis=0)), "band"), "leading law": (y, mean[lead])}
     at = "y on the wheel from its tread datum [mm], + to the field side"
     return [
         Panel(at, "profile, z [mm]", profiles),
