@@ -207,7 +207,9 @@ def sweep_facts(out: Path, outcomes: list, faults: list[str]) -> dict:
 def report(
     folders: Annotated[
         list[Path],
-        typer.Argument(metavar="DIR...", help="folder of a run, or of several, or of a sweep: DIR/CASE/MODEL"),
+        typer.Argument(
+            metavar="DIR...", help="folder of a run, or of several, or of a sweep, a damage study, a design"
+        ),
     ],
     html: Annotated[
         Path | None,
@@ -235,9 +237,9 @@ def report(
         typer.Option("--show", help="figure of the digest, by its name in the report; may be given several times"),
     ] = None,
 ) -> None:
-    """The page of a run, of several beside each other, or of a sweep: --html. With --groups that of a sweep in
-    Markdown: tables, trends in words checked on every model with reasons and controls, figures of each group. --set :
-    what the sweep was given."""
+    """The page of a run, of several beside each other, of a sweep, a damage study or a design: --html. With --groups
+    that of a sweep in Markdown: tables, trends in words checked on every model with reasons and controls, figures of
+    each group. --set : what the sweep was given."""
     if html is not None:
         return write_html(folders, html)
     if groups is None or len(folders) > 1:
@@ -257,15 +259,17 @@ def report(
 
 
 def write_html(folders: list[Path], path: Path) -> None:
-    """Write the page of these runs or of this sweep; ends the program where that cannot be."""
+    """Write the page of these runs, or of this sweep, damage study or design; ends the program where that cannot be."""
     from rail_fem.commands.show import is_sweep
-    from rail_fem.show.page import write_page
+    from rail_fem.show.page import reports, write_page, write_report_page
     from rail_fem.sweeps.chooser import write_sweep_page
     from rail_fem.sweeps.compare import result_folders, short_names
 
     try:
         if len(folders) == 1 and is_sweep(folders[0]):
             say(str(write_sweep_page(folders[0], path)))
+        elif len(folders) == 1 and reports(folders[0]):
+            say(str(write_report_page(folders[0], path)))
         else:
             runs = result_folders(folders)
             say(str(write_page(runs, path, short_names(runs))))

@@ -32,6 +32,7 @@ from rail_fem.show.report import Headline, cost_rows, flight_rows, form_table, h
 from rail_fem.show.style import scene_words
 
 PAGE = "page.html"  # in the folder of a run
+REPORTS = "report.md", "design.md", "inversion.md", "proof.md", "compare.md"
 MOST_SURFACES = 6  # that turn: a browser draws some sixteen at most
 NEED_PLOTLY = "a page needs plotly: pip install plotly, or ./setup.sh; show and the figures do without"
 Part = str | Chart
@@ -100,13 +101,9 @@ def image(path: Path, words: str) -> str:
 def document(title: str, parts: Sequence[Part], more: str = "") -> str:
     """The page. more : a script besides its own, which may ask the server that the page came from
 
-    Errors: ModuleNotFoundError where plotly is not installed, with what to do.
+    Errors: ModuleNotFoundError where there is a chart and plotly is not installed, with what to do.
     """
-    try:
-        from plotly.offline import get_plotlyjs
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(NEED_PLOTLY, name="plotly") from error
-    library = get_plotlyjs()
+    library = _plotly() if any(isinstance(part, Chart) for part in parts) else ""
     own = {name: files(__package__).joinpath(f"page.{name}").read_text(encoding="utf-8") for name in ("js", "css")}
     body = [_block(part) if isinstance(part, Chart) else part for part in parts]
     charts = json.dumps([part.pictures for part in parts if isinstance(part, Chart)], allow_nan=False)
@@ -120,6 +117,14 @@ def document(title: str, parts: Sequence[Part], more: str = "") -> str:
         library=_pressed(library),
         script=own["js"] + more,
     )
+
+
+def _plotly() -> str:
+    try:
+        from plotly.offline import get_plotlyjs
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(NEED_PLOTLY, name="plotly") from error
+    return get_plotlyjs()
 
 
 def _block(chart: Chart) -> str:
@@ -158,6 +163,28 @@ def write_page(folders: Sequence[Path], path: Path, names: Sequence[str] = ()) -
         if (more := any_history(runs)) is not None:
             parts += [heading("Any other quantity over x"), more]
     parts += [*_strain(runs, folders), *_left(runs), *trust(runs), *shares(runs), *_cost(runs), *_again(runs)]
+    write_text_atomically(path, document(title, parts))
+    return path
+
+
+def reports(folder: Path) -> list[Path]:
+    """The reports in Markdown that a damage study, a design or a comparison has left there."""
+    return [path for name in REPORTS if (path := Path(folder) / name).is_file()]
+
+
+def write_report_page(folder: Path, path: Path) -> Path:
+    """The page of such a folder: its reports and all its figures. Errors: OSError."""
+    from markdown_it import MarkdownIt  # rich brings it
+
+    words = [report.read_text(encoding="utf-8") for report in reports(folder)]
+    title, _, rest = (
+        words[0].removeprefix("# ").partition("\n") if words[0].startswith("# ") else (folder.name, "", words[0])
+    )
+    reader = MarkdownIt("commonmark", {"html": False}).enable("table").disable(["image", "link", "autolink"])
+    parts: list[Part] = [reader.render(one) for one in (rest, *words[1:])]
+    figures = sorted([*folder.glob("*.png"), *folder.glob("figures/*.png")])
+    for figure in figures:
+        parts += [heading(figure.stem.replace("_", " ")), image(figure, figure.stem)]
     write_text_atomically(path, document(title, parts))
     return path
 

@@ -13,6 +13,7 @@ import pytest
 from rail_fem import load_case, load_result, load_sweep, plot_sweep
 from rail_fem.case.template import written
 from rail_fem.hierarchy import MODELS
+from rail_fem.output.markdown import markdown_table
 from rail_fem.show.page import write_page
 from rail_fem.show.page_charts import packed, thinned
 from rail_fem.show.report import headlines
@@ -155,6 +156,31 @@ def test_a_sweep_is_drawn_by_choice_as_its_figure_is(tmp_path):
         assert np.array_equal(np.column_stack([trace["x"], trace["y"]]), lines[trace["name"]])
     call("report", tmp_path / "sweep", "--html", tmp_path / "sweep.html")
     assert "8 runs" in Page(tmp_path / "sweep.html").words
+
+
+def test_the_page_of_a_damage_study_or_a_design_holds_its_reports_and_figures(run, tmp_path):
+    """Words of a stranger among them, and no library of curves."""
+    rows = markdown_table(["body", "years"], [["nose", "3 | 4"], [EVIL, "9"]])
+    lines = [
+        f"# A life {EVIL}",
+        "",
+        "## nose",
+        "",
+        *rows,
+        "",
+        "[x](javascript:alert(1)) ![y](https://example.org/y.png)",
+    ]
+    (tmp_path / "report.md").write_text("\n".join(lines), encoding="utf-8")
+    (tmp_path / "proof.md").write_text("Proven by *fe_full*.\n", encoding="utf-8")
+    (tmp_path / "figures").mkdir()
+    shutil.copy(next((run / "figures").glob("*.png")), tmp_path / "figures" / "wear_depth.png")
+    call("report", tmp_path, "--html", tmp_path / "life.html")
+    read = Page(tmp_path / "life.html")
+    tags = [tag for tag, _ in read.tags]
+    assert tags.count("td") == 4 and tags.count("img") == 1 and tags.count("em") == 1 and "a" not in tags
+    assert read.words.count(EVIL) >= 3 and "3 | 4" in read.words and "wear depth" in read.words
+    assert not any("onerror" in one for _, one in read.tags) and not read.charts
+    assert (tmp_path / "life.html").stat().st_size < 1e6
 
 
 @needs_chromium
