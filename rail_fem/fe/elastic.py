@@ -12,7 +12,7 @@ import numpy as np
 
 from rail_fem.fe.finite_strain import add_elastic
 from rail_fem.fe.hexahedron import internal_force
-from rail_fem.fe.lanes import compiled, gather_one, inlined, load, part, scatter, store
+from rail_fem.fe.lanes import compiled, gather_one, inlined, load, part, store
 from rail_fem.fe.prefetch import INDICES, NUMBERS, fetch
 from rail_fem.fe.state import HOURGLASS, LANES
 from rail_fem.fe.trilinear import field_gradient, mean_gradient, sum_of_squares, times, vector_modes
@@ -84,34 +84,47 @@ def hourglass_force(gu, l, g, k):
     return k * (gu[0] - lg[0]), k * (gu[1] - lg[1]), k * (gu[2] - lg[2])
 
 
-@compiled
-def damped_displacement(x, reference, v, damping, nodes, out):
-    """x - reference + damping * v, nodal vectors, at `nodes`."""
-    for n in nodes:
-        for i in range(3 * n, 3 * n + 3):
-            out[i] = x[i] - reference[i] + damping * v[i]
+@part
+def take(u, places, start, nodal):
+    """Lines u of a block's nodes -> nodal (24*W,), ordered node, component, lane."""
+    for a in range(8):
+        for e in range(_W):
+            at, k = places[start + a * _W + e], 3 * a * _W + e
+            nodal[k], nodal[k + _W], nodal[k + 2 * _W] = 8.0 * u[at], 8.0 * u[at + _W], 8.0 * u[at + 2 * _W]
+
+
+@part
+def give(nodal, places, start, count, f):
+    """Add the forces of the first `count` lanes to the lines f."""
+    for a in range(8):
+        for e in range(count):
+            at, k = places[start + a * _W + e], 3 * a * _W + e
+            f[at] += nodal[k]
+            f[at + _W] += nodal[k + _W]
+            f[at + 2 * _W] += nodal[k + 2 * _W]
 
 
 @compiled
-def add_elastic_force(u, nodes, filled, material_of, materials, geometry, force):
-    """Minus the internal force of every block added to `force`.
+def add_elastic_force(u, places, filled, material_of, materials, geometry, f):
+    """Internal force of every block added to f.
 
-    u : (3*n,) displacement from the reference geometry, with damping u + beta v [m];  geometry : from `fixed_geometry`
-    force : (3*n,) [N], changed in place. Rank-local. Allocates only its block buffers.
+    u, f : an eighth of the displacement, with damping u + beta v [m], and the force [N] of nodes in lines;  places :
+        where those of the blocks stand in them (rail_fem.fe.rings.Rings);  geometry : from `fixed_geometry`
+    Rank-local. Allocates only its block buffers.
     """
     nodal, own = np.empty(24 * _W), np.empty(N_FORCES * _W)
     for block in range(filled.size):
         start, row = block * 8 * _W, material_of[block]
         ahead = (block + 1) * N_FIXED * _W
-        fetch(nodes, start + 8 * _W, 8 * _W, INDICES)
+        fetch(places, start + 8 * _W, 8 * _W, INDICES)
         fetch(geometry, ahead, _THIRD, NUMBERS)
-        gather_one(u, nodes, start, nodal)
+        take(u, places, start, nodal)
         fixed = geometry[block * N_FIXED * _W : ahead]
         elastic_forces(nodal, materials[row, 0], materials[row, 1], fixed, own)
         fetch(geometry, ahead + _THIRD, _THIRD, NUMBERS)
         internal_force(own, fixed, nodal)
         fetch(geometry, ahead + 2 * _THIRD, _THIRD, NUMBERS)
-        scatter(nodal, nodes, start, filled[block], force)
+        give(nodal, places, start, filled[block], f)
 
 
 @compiled

@@ -1,5 +1,5 @@
 """Elements of a linear elastic body of revolution in rings: a section element's constants are read once for an arc of
-elements, whose nodes lie in lines along it.
+elements, whose nodes lie in lines along it; elements beside them take their nodes from memory in the same round.
 
 Total form, no state, forces of rail_fem.fe.elastic to round-off. In the frame of the middle of an element (t along the
 arc, y along the axis, n to the axis) half of the components of its modes (rail_fem.fe.trilinear) are 0 and the others
@@ -37,10 +37,11 @@ class Rings(NamedTuple):
     """Arcs of at most LANES - 1 elements; all in an arc stand between the same planes.
 
     nodes, places : (k,) nodes of all lines, ascending, for memory gives what lies in a row many times faster than what
-        does not; and where each stands in the scratch vectors (n_lines*LINE,)
+        does not; and where each stands in the scratch vectors (n_lines*LINE,). The nodes of elements outside rings
+        fill lines of their own: outside : (m, 8) where these stand
     lines : (n_blocks, 4) where the lines of a section element stand there;  sections : (n_blocks, N_SECTION)
     arcs : (n_arcs, N_ARC*LANES);  arc_of : (n_blocks,)
-    u, f : scratch vectors, displacement and force of the lines; f is 0 between calls
+    u, f : scratch vectors, an eighth of the displacement and the force of the lines; f is 0 between calls
     """
 
     nodes: np.ndarray
@@ -49,6 +50,7 @@ class Rings(NamedTuple):
     sections: np.ndarray
     arcs: np.ndarray
     arc_of: np.ndarray
+    outside: np.ndarray
     u: np.ndarray
     f: np.ndarray
 
@@ -87,6 +89,12 @@ def find_rings(
         sections.append(_sections(-radius[corners[:, 0]], points[corners[:, 0], 1], rows[row]))
         arcs.append(_arc(angle[corners[0, :, 0]]))
         count += len(of_lines)
+    others, which = np.unique(cells[~in_ring], return_inverse=True)
+    beside = np.arange(len(others))
+    beside = LINE * (count + beside // _W) + beside % _W
+    nodes.append(others)
+    places.append(beside)
+    count += -(-len(others) // _W)
     node, place = (np.concatenate([np.empty(0), *part]).astype(np.uint32) for part in (nodes, places))
     order = np.argsort(node, kind="stable")
     return Rings(
@@ -96,6 +104,7 @@ def find_rings(
         np.concatenate([np.empty((0, N_SECTION)), *sections]),
         np.array(arcs).reshape(-1, N_ARC * _W),
         np.repeat(np.arange(len(lines)), [len(part) for part in lines]),
+        beside[which].reshape(-1, 8).astype(np.uint32),
         np.zeros(LINE * count),
         np.zeros(LINE * count),
     ), in_ring
@@ -240,15 +249,20 @@ def add_to_lines(s, row, f, a, b, c, d):
 
 
 @compiled
-def add_ring_force(x, reference, v, damping, rings, force):
-    """Minus the internal force of the elements in rings at the displacement x - reference + damping v, (3 n,) vectors,
-    added to `force` (3 n,). Rank-local. Allocates only its block buffer."""
-    u, f, nodes, places, s = rings.u, rings.f, rings.nodes, rings.places, np.zeros(36 * ROW)
+def take_lines(x, reference, v, damping, rings):
+    """The displacement x - reference + damping v, (3 n,) vectors, of all lines -> u. Rank-local."""
+    u, nodes, places = rings.u, rings.nodes, rings.places
     for k in range(nodes.size):
         i, at = 3 * nodes[k], places[k]
         u[at] = 0.125 * (x[i] - reference[i] + damping * v[i])
         u[at + _W] = 0.125 * (x[i + 1] - reference[i + 1] + damping * v[i + 1])
         u[at + 2 * _W] = 0.125 * (x[i + 2] - reference[i + 2] + damping * v[i + 2])
+
+
+@compiled
+def add_ring_force(rings):
+    """Internal force of the elements in rings at u, added to f. Rank-local. Allocates only its block buffer."""
+    u, f, s = rings.u, rings.f, np.zeros(36 * ROW)
     for block in range(rings.arc_of.size):
         lines = rings.lines[block]
         a, b, c, d = lines[0], lines[1], lines[2], lines[3]
@@ -257,6 +271,12 @@ def add_ring_force(x, reference, v, damping, rings, force):
         arc_forces(s, rings.sections[block], rings.arcs[rings.arc_of[block]])
         for i in range(3):
             add_to_lines(s, i * ROW, f, a + i * _W, b + i * _W, c + i * _W, d + i * _W)
+
+
+@compiled
+def give_lines(rings, force):
+    """Minus the forces f of all lines, added to `force` (3 n,). Rank-local."""
+    f, nodes, places = rings.f, rings.nodes, rings.places
     for k in range(nodes.size):
         i, at = 3 * nodes[k], places[k]
         for component in range(3):

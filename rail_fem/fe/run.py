@@ -146,8 +146,9 @@ class Run:
             self._let_go()
         d.step(self.dt)
         self.recorder.after_step()
-        checked = d.check() if d.step_count % CHECK_EVERY == 0 else None
-        if d.time >= self.next_row:
+        row = d.time >= self.next_row
+        checked = d.check() if self._looks(row) else None
+        if row:
             self._report(checked or d.energies())
         if d.step_count % LIMIT_EVERY == 0:
             self._recheck_step()
@@ -156,6 +157,14 @@ class Run:
             self._next_frame()
         if d.step_count % CHECK_EVERY == 0 and self._checkpoint_due():
             self.save()
+
+    def _looks(self, row: bool) -> bool:
+        """Whether volumes, velocities and energies are looked at in this step: about every CHECK_EVERY steps, and where
+        rows of the history come as often with one of them, which needs the energies anyway. row : whether one is due"""
+        apart = max(1.0, self.settings.history_interval / self.dt)
+        if apart > CHECK_EVERY:
+            return self.dynamics.step_count % CHECK_EVERY == 0
+        return row and len(self.recorder.rows) % round(CHECK_EVERY / apart) == 0
 
     def _let_go(self) -> None:
         d = self.dynamics

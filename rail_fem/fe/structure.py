@@ -8,11 +8,11 @@ import numpy as np
 from geometry.meshing.quality import eigen_length
 from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.domain import Domain, raise_together
-from rail_fem.fe.elastic import add_elastic_force, damped_displacement, elastic_stress, fixed_geometry
+from rail_fem.fe.elastic import add_elastic_force, elastic_stress, fixed_geometry
 from rail_fem.fe.hexahedron import stored_energy, update_elements, volumes
 from rail_fem.fe.hexahedron_cyclic import update_cyclic_elements, update_full_cyclic_elements
 from rail_fem.fe.hexahedron_full import stored_energy_full, update_full_elements
-from rail_fem.fe.rings import add_ring_force, find_rings
+from rail_fem.fe.rings import add_ring_force, find_rings, give_lines, take_lines
 from rail_fem.fe.state import KINEMATIC, LANES, LINEAR_VISCOSITY, N_WORK, POINTS, QUADRATIC_VISCOSITY
 from rail_fem.scene.steel import Steel
 
@@ -64,7 +64,7 @@ class Structure:
         "v",
         "force",
     )  # (3 n_nodes,), and the elements' state and works: rail_fem.fe.checkpoint
-    SCRATCH = ("u", "smallest_volume")
+    SCRATCH = ("smallest_volume",)
 
     def __init__(
         self,
@@ -94,16 +94,14 @@ class Structure:
         self.active = [(0, len(self.finite.filled))]  # ranges of the finite-strain blocks that a step computes
         cells, region = domain.cells[self.small_cells], domain.region[self.small_cells]
         self.rings, in_ring = find_rings(domain.reference.reshape(-1, 3), cells, region, self.table.rows, axis)
-        self.small = ElementBlocks(cells[~in_ring], region[~in_ring], self.table, stateless=True)
+        beside = ElementBlocks(cells[~in_ring], region[~in_ring], self.table, stateless=True)
+        self.small = ElementBlocks(self.rings.outside, region[~in_ring], self.table, stateless=True)
         self.x, self.v, self.force = domain.reference.copy(), domain.shared_vector(), domain.shared_vector()
         if slab is not None:
             self.anchor = domain.reference.copy()
             self.NODAL = (*self.NODAL, "anchor")
-        # displacement and damping of small-displacement nodes with elements outside rings; empty without such bodies
-        self.u = domain.nodal_vector() if len(cells) else np.empty(0)
-        self.small_nodes = np.unique(cells[~in_ring])
         self.geometry, smallest = fixed_geometry(
-            domain.reference, self.small.nodes, self.small.filled, self.small.material_of, self.table.rows
+            domain.reference, beside.nodes, beside.filled, beside.material_of, self.table.rows
         )
         self.damping = 0.0
         self.block_work = np.zeros((len(self.finite.filled), N_WORK))
@@ -185,11 +183,12 @@ class Structure:
     ) -> None:
         """Minus the internal force of the small-displacement elements at x - reference + damping v, added to `force`.
         Rank-local."""
-        b = self.small
+        b, lines = self.small, self.rings
         if len(self.small_cells):
-            damped_displacement(x, reference, v, damping, self.small_nodes, self.u)
-            add_elastic_force(self.u, b.nodes, b.filled, b.material_of, self.table.rows, self.geometry, force)
-            add_ring_force(x, reference, v, damping, self.rings, force)
+            take_lines(x, reference, v, damping, lines)
+            add_ring_force(lines)
+            add_elastic_force(lines.u, b.nodes, b.filled, b.material_of, self.table.rows, self.geometry, lines.f)
+            give_lines(lines, force)
 
     def elastic_energy(self) -> tuple[float, float]:
         """Elastic energy of the active finite-strain and of the small-displacement elements [J]. Rank-local."""

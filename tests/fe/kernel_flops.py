@@ -132,8 +132,9 @@ def operations_each(strain: float) -> dict[str, float]:
         arguments = nodes, filled, kind, rows, *curve, state, np.empty(0), force, work
         count(name, partial(update, x, v, Counted(STEP), *arguments))
     geometry, _ = elastic.fixed_geometry(x, nodes, filled, kind, rows)
-    force = counted(np.zeros(points.size))
-    count("elastic", lambda: elastic.add_elastic_force(v, nodes, filled, kind, rows, geometry, force))
+    places = nodes // LANES * 3 * LANES + nodes % LANES
+    u, force = (counted(np.zeros(3 * LANES * (1 + points.size // (3 * LANES)))) for _ in range(2))
+    count("elastic", lambda: elastic.add_elastic_force(u, places, filled, kind, rows, geometry, force))
     box, cells = mesh_box((EDGE, EDGE, 1.0), (1, 1, LANES - 1)), LANES - 1
     radius, angle = 1.0 + box.points[:, 0], EDGE * LANES * box.points[:, 2]
     turned = np.column_stack([radius * np.sin(angle), box.points[:, 1], -radius * np.cos(angle)])
@@ -141,7 +142,13 @@ def operations_each(strain: float) -> dict[str, float]:
     arc = arc._replace(**{name: counted(getattr(arc, name)) for name in ("sections", "arcs", "u", "f")})
     x, still, force = (counted(values) for values in (turned.ravel(), np.zeros(turned.size), np.zeros(turned.size)))
     count_in(rings)
-    count("rings", lambda: rings.add_ring_force(x, still, still, Counted(STEP), arc, force))
+
+    def ring() -> None:
+        rings.take_lines(x, still, still, Counted(STEP), arc)
+        rings.add_ring_force(arc)
+        rings.give_lines(arc, force)
+
+    count("rings", ring)
     found["rings"] *= LANES / cells
     rings.np = np  # rings are found with all of it
     return found

@@ -1,5 +1,7 @@
 """Central differences: their order, the stable step, and what happens just above it."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.hexahedron import volumes
+from rail_fem.fe.run import Run
 from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.scene.steel import Steel
@@ -236,3 +239,25 @@ def test_element_volumes_add_up_to_the_body():
     structure = structure_of(mesh, Steel(1.0, 0.0, 2.0))
     assert volumes(structure.x, structure.domain.cells).sum() == pytest.approx(6.0, rel=1e-12)
     assert structure.mass.sum() == pytest.approx(12.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("apart", [0.4, 7.3, 26.4, 49.0, 120.0])
+def test_a_run_looks_at_itself_as_often_whatever_the_interval_of_its_rows(apart):
+    """About every 50 steps, at most 75; between rows alone where these stand farther apart."""
+    rows: list[int] = []
+    of_run = SimpleNamespace(
+        settings=SimpleNamespace(history_interval=apart),
+        dt=1.0,
+        recorder=SimpleNamespace(rows=rows),
+        dynamics=SimpleNamespace(step_count=0),
+    )
+    looks, between = [0], 0
+    for step in range(1, 2001):
+        of_run.dynamics.step_count, row = step, step >= apart * (len(rows) + 1)
+        if Run._looks(of_run, row):
+            looks.append(step)
+            between += not row
+        if row:
+            rows.append(step)
+    apart_by = np.diff(looks)[1:]  # the first row may come soon
+    assert 35 <= apart_by.min() and apart_by.max() <= 75 and (between == 0 or apart > 50)
