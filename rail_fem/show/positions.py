@@ -3,11 +3,15 @@ marked."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from matplotlib.figure import Figure
 
 from rail_fem.output.events import lost_contact, settling_end
 from rail_fem.output.result import PassResult
-from rail_fem.show.style import GREEN, ORANGE, PURPLE
+from rail_fem.show.panels import Panel, legend_above, new_panels
+from rail_fem.show.style import GREEN, ORANGE, PURPLE, align_labels, give_title
 
 
 def mark_positions(axes, result: PassResult, label: bool = True) -> None:
@@ -44,3 +48,17 @@ def distance_words(result: PassResult) -> str:
 def label_distance(axes, result: PassResult) -> None:
     """The axis of the running distance."""
     axes.set_xlabel(distance_words(result))
+
+
+def over_distance(result: PassResult, panels: Sequence[Panel], what: str, name: str) -> Figure:
+    """Panels over the running distance beneath one another, the positions marked in all of them and told in the
+    first."""
+    figure, axes = new_panels(3.0 + 3.0 * len(panels), len(panels), 1, sharex=True, squeeze=False)
+    for axis, panel in zip(axes[:, 0], panels):
+        panel.draw(axis)
+        mark_positions(axis, result, label=panel is panels[0])
+    legend_above(axes[0, 0])
+    label_distance(axes[-1, 0], result)
+    align_labels(figure)
+    give_title(figure, what, name, result)
+    return figure
