@@ -33,8 +33,7 @@ def creep_figure(result: PassResult, name: str) -> Figure:
 
 
 def told_creep(result: PassResult) -> np.ndarray | None:
-    """Creep where the wheel is in contact, after settling, + where it is braked, NaN elsewhere; None for a model without
-    creep."""
+    """Creep in contact, after settling, + where the wheel is braked, NaN elsewhere; None for a model without creep."""
     history = result.history
     end, _ = settling_end(result)
     told = (history["force"] > OPEN * result.scene.static_wheel_load) & ~(history["time"] < end)

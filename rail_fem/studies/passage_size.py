@@ -115,19 +115,22 @@ def page(results: Sequence[PassResult]) -> str:
 
 
 def panels(results: Sequence[PassResult]) -> list[Panel]:
-    """How far each run is from the limit of vanishing elements, over its elements and over what it cost."""
-    found = limits(results)
-    lines = {
-        REPORTED[name].meaning: [100 * abs(REPORTED[name].of(r) / found[name].value - 1) for r in results]
-        for name in SHOWN_NAMES
-        if name in found and found[name].value
-    }
-    against = {
-        "element size [mm]": [1e3 * size_of(r) for r in results],
-        "core seconds of the pass": [core_seconds(r) for r in results],
-    }
-    over = lambda x: {words: (x, error, "o-") for words, error in lines.items()}
-    return [Panel(words, "error against the limit [%]", over(x), log="xy") for words, x in against.items()]
+    """How far each run is from the limit of vanishing elements, over its elements and over what it cost; then values
+    with their bars, and the limits."""
+    found, sizes = limits(results), [1e3 * size_of(r) for r in results]
+    shown = [name for name in SHOWN_NAMES if name in found and found[name].value]
+    error = lambda name: [100 * abs(REPORTED[name].of(r) / found[name].value - 1) for r in results]
+    drawn = []
+    costs = "core seconds of the pass", [core_seconds(r) for r in results]
+    for words, x in (("element size [mm]", sizes), costs):
+        lines = {REPORTED[name].meaning: (x, error(name), "o-") for name in shown}
+        drawn.append(Panel(words, "error against the limit [%]", lines, log="xy"))
+    for name in shown:
+        values = [REPORTED[name].of(r) for r in results], [r.error_bars.get(name, 0.0) for r in results]
+        limit = (sizes, [found[name].value] * len(sizes), "--")
+        own = {"run, bar by its coarse twin": (sizes, values, "bars"), "limit by second order": limit}
+        drawn.append(Panel("element size [mm]", f"{REPORTED[name].meaning} [{REPORTED[name].unit}]", own, log="x"))
+    return drawn
 
 
 def main(
