@@ -128,11 +128,6 @@ class CrossingSite:
     wheel_lines: np.ndarray = field(default_factory=lambda: wheel_lines(0.25e-3), repr=False)
     fatigue: WholeLifeRail = WholeLifeRail()
 
-    def __post_init__(self) -> None:
-        total = sum(p.weight for p in self.passes)
-        if not (self.passes and abs(total - 1) < 1e-6 and all(p.weight >= 0 for p in self.passes)):
-            raise ValueError(f"weights of the passes add up to {total:.6g}: give shares of 0 or more whose sum is 1")
-
     @property
     def starts(self) -> np.ndarray:
         """Nothing: a pass is looked for without a first guess."""

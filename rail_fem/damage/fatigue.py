@@ -31,12 +31,6 @@ class WholeLifeRail:
     balance: float = 175.0
     height: float = 1e-5
 
-    def __post_init__(self) -> None:
-        if not 0 <= self.onset < self.peak < self.balance < np.inf:
-            raise WearError(f"T gamma corners {self.onset}, {self.peak}, {self.balance} N: they must grow from 0 on")
-        if not 0 < self.height < 1:
-            raise WearError(f"damage {self.height} per axle at the peak: must lie between 0 and 1")
-
     def damage(self, tgamma: np.ndarray) -> np.ndarray:
         """Damage per axle at T gamma [N]; below 0 where wear wins."""
         x = np.asarray(tgamma, float)

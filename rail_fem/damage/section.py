@@ -86,14 +86,6 @@ class Section:
     shear_yield: float = 300e6
     positions: dict[int, float] = field(default_factory=dict, repr=False)  # found last, to begin from
 
-    def __post_init__(self) -> None:
-        total = sum(p.weight for p in self.passings)
-        if not (self.passings and abs(total - 1) < 1e-6 and all(p.weight >= 0 for p in self.passings)):
-            raise ValueError(
-                f"weights of the passes add up to {total:.6g}: give shares of 0 or more whose sum is 1 (multiply each"
-                f" by {1 / total if total > 0 else float('nan'):.6g})"
-            )
-
     @property
     def starts(self) -> np.ndarray:
         """(k,) lateral position at which each kind of pass was found last, from which the next is looked for [m]."""

@@ -196,7 +196,7 @@ def crossing_site(
     )
 
 
-def contacts_of_pass(result: PassResult, settings: DamageSettings, shift: float = 0.0) -> PassContacts:
+def contacts_of_pass(result: PassResult, settings: DamageSettings) -> PassContacts:
     """Patches of one pass as the study wants them."""
     scene = result.scene
-    return pass_contacts(result, settings.patch_spacing, shift=shift, options=patch_options(scene, settings))
+    return pass_contacts(result, settings.patch_spacing, options=patch_options(scene, settings))

@@ -185,9 +185,11 @@ def test_a_wheel_of_the_traffic_that_is_none_is_told_by_its_place(wheel, said):
     assert "damage.traffic[1].wheel: " in str(told.value) and "input_value" not in str(told.value)
 
 
-def test_weights_that_do_not_add_up_are_refused(site):
-    with pytest.raises(ValueError, match="add up to 0.5"):
-        replace(site, passes=(replace(site.passes[0], weight=0.5),))
+def test_shares_that_do_not_add_up_and_corners_that_do_not_grow_are_refused():
+    with pytest.raises(CaseError, match="shares add up to 0.5"):
+        load_case(CASE, {"damage.traffic": [{"wheel": "P8", "share": 0.5}]})
+    with pytest.raises(CaseError, match="must grow"):
+        load_case(CASE, {"damage.onset": "100 N"})
 
 
 def test_smoothing_keeps_volume_and_sign():

@@ -8,7 +8,6 @@ from bem.material import STEEL
 from bem.patch import Creepage, Grid, Patch
 from rail_fem.damage.fatigue import WholeLifeRail, shakedown_limits, shakedown_point
 from rail_fem.damage.heat import EFFUSIVITY, flash_temperature
-from rail_fem.damage.wear import WearError
 
 MODEL = WholeLifeRail()
 
@@ -39,12 +38,6 @@ def test_the_function_is_that_of_a_public_code_that_begins_at_20_newton():
     x = np.array([20.0, 40.0, 64.9, 65.1, 120.0, 175.0])
     published = np.where(x < 65, 2.22e-7 * x - 4.44e-6, 1.59e-5 - 9.09e-8 * x)
     assert model.damage(x) == pytest.approx(published, abs=2e-8)
-
-
-@pytest.mark.parametrize("corners", [(15, 15, 175), (-1, 65, 175), (15, 200, 175), (15, 65, np.inf)])
-def test_corners_that_do_not_grow_are_refused(corners):
-    with pytest.raises(WearError, match="grow"):
-        WholeLifeRail(*corners)
 
 
 def test_fatigue_index_is_the_maps_right_border():
