@@ -12,10 +12,11 @@ import numpy as np
 import pyvista
 from coarse_pass import coarse_pass
 
+import rail_fem
+
 pyvista.OFF_SCREEN = True
 COLOURS = plt.get_cmap("viridis_r")
-folder = coarse_pass()  # or the folder of your run: Path("runs/nose_transfer")
-fields = pyvista.read(folder / "fields" / "final.vtu")
+fields = rail_fem.load_result(coarse_pass()).mesh()  # or of your run: load_result("runs/nose_transfer")
 crossing = fields.extract_cells(np.flatnonzero(fields["region"] < 2))  # 0 wing, 1 nose, 2 wheel
 crossing["PEEQ [%]"] = 100 * crossing["plastic_strain"]
 yielded = crossing.threshold(1e-6, scalars="plastic_strain")

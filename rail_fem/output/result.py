@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from pydantic import ValidationError
@@ -21,9 +21,12 @@ from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.output.history import COLUMNS, complete_history, shown_table
 from rail_fem.output.strict_json import NAN, dumps, nan_for_none
 from rail_fem.output.trust import trust_text
-from rail_fem.output.versions import import_pandas, import_xarray, versions
+from rail_fem.output.versions import import_pandas, import_pyvista, import_xarray, versions
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import SI_OF, engineering
+
+if TYPE_CHECKING:
+    from rail_fem.output.fields import Fields
 
 RESULT_VERSION = 3  # 2: the same without a seal
 
@@ -128,7 +131,10 @@ class PassResult:
     fault          : why the run failed; empty when it did not
     title          : of the case that was run; empty where none was
     cut_off        : what ended the run before the end of its path, as its settings ask; empty when it went to the end
+    folder         : that `load` has read it from, None otherwise; no entry of it, its fields lie there
     """
+
+    folder: ClassVar[Path | None] = None
 
     model: str
     scene: Scene
@@ -237,6 +243,31 @@ class PassResult:
             peaks[name] = ((), peak.value, known)
         return xarray.Dataset(columns | peaks, coordinates, about)
 
+    @property
+    def fields(self) -> "Fields":
+        """Plastic strain, stress and displacement on the hexahedra at the end of the run [SI], read anew at each call.
+
+        Errors: FieldsError where the result was not read from a folder, or no fields lie there.
+        """
+        from rail_fem.output.fields import read_fields
+
+        return read_fields(self._field_file())
+
+    def mesh(self, frame: int | None = None):
+        """The same as a pyvista.UnstructuredGrid in SI, as ParaView shows it: arrays `plastic_strain`, `von_mises`,
+        `stress` (VTK's order), `region`, `displacement`. frame : number of a frame of the run; None: its end
+
+        Errors: as `fields`; ModuleNotFoundError where pyvista is not installed.
+        """
+        return import_pyvista().read(self._field_file(frame))
+
+    def _field_file(self, frame: int | None = None) -> Path:
+        from rail_fem.output.fields import FieldsError, field_file
+
+        if self.folder is None:
+            raise FieldsError("this result was not read from a folder: load_result(DIR) of a run that has left fields")
+        return field_file(self.folder, frame)
+
     def save(self, folder: Path | str) -> None:
         """Write history.csv (units in its header), history.npz (SI), trust.txt, result.json and the profile of a
         measured wheel; each appears whole or not at all.
@@ -339,6 +370,7 @@ def _read(folder: Path) -> PassResult:
             f"{folder}: result.json or history.npz was changed after the run had written it (its seal does not fit):"
             " --restart writes them again"
         )
+    object.__setattr__(result, "folder", folder)
     return result
 
 

@@ -69,6 +69,13 @@ def import_xarray():
     return xarray
 
 
+def import_pyvista():
+    """The package pyvista, of those alone who ask for meshes. Errors: ModuleNotFoundError, with what to do."""
+    with _needed("pyvista", "meshes in Python need", "result.fields and the files in fields/ hold"):
+        import pyvista
+    return pyvista
+
+
 @contextlib.contextmanager
 def _needed(package: str, what: str, without: str) -> Iterator[None]:
     """Says of a package that is not installed what needs it and what does without."""

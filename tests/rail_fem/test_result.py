@@ -6,6 +6,7 @@ import pytest
 
 from rail_fem.output import events
 from rail_fem.output.events import stated_peaks
+from rail_fem.output.fields import FieldsError
 from rail_fem.output.history import COLUMNS, complete_history
 from rail_fem.output.quantities import FORCES, REPORTED, reported
 from rail_fem.output.result import RESULT_VERSION, Cost, PassResult, PatchSummary, Peak, load
@@ -13,6 +14,7 @@ from rail_fem.scene.units import si_factor
 from rail_fem.sweeps.compare import IMPACT, peak
 from rail_fem.sweeps.sweep_report import forces_of
 from rail_fem.sweeps.trends import MEASURES
+from tests.rail_fem.surrogate_run import surrogate_mesh, surrogate_strain, write_run
 from tests.rail_fem.test_scene import make_scene
 
 
@@ -160,3 +162,20 @@ def test_the_peaks_of_a_history_are_found_once_for_all_reported_forces(monkeypat
     monkeypatch.setattr(events, "force_peaks", lambda *asked: calls.append(asked) or {})
     found = reported(result)
     assert len(calls) == 1 and set(found) & set(FORCES) == set(result.peaks) & set(FORCES)
+
+
+def test_the_fields_of_a_result_are_those_in_its_folder_and_its_mesh_has_their_volume(tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    solved = write_run(tmp_path)
+    result, strain = load(tmp_path), surrogate_strain(surrogate_mesh())
+    assert result.folder == tmp_path and "folder" not in result.summary()
+    assert np.array_equal(result.fields.plastic_strain, strain)
+    mesh = result.mesh()
+    assert isinstance(mesh, pyvista.UnstructuredGrid) and np.array_equal(mesh["plastic_strain"], strain)
+    corners = result.fields.points[result.fields.cells]  # of bricks
+    bricks = np.prod(corners[:, 6] - corners[:, 0], axis=1).sum()
+    assert mesh.volume == pytest.approx(bricks, rel=1e-6)  # VTK keeps points in single precision
+    with pytest.raises(FieldsError, match="frame"):
+        result.mesh(frame=3)
+    with pytest.raises(FieldsError, match="load_result"):
+        solved.mesh()
