@@ -62,7 +62,8 @@ TRIALS = 20000  # of the clock
 TURN = 30  # steps of one pass before those of the other
 # what is timed: part, owner, methods; time within an inner part is the inner part's
 PARTS: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
-    ("element kernels", Structure, ("add_internal_force",)),
+    ("kernels of wing and nose", Structure, ("add_internal_force",)),
+    ("kernels of the wheel", Structure, ("_add_small_force",)),
     ("searches of contact", Contact, ("search",)),
     ("projections", Contact, ("_project",)),
     ("positions of contact", Contact, ("pack",)),
@@ -77,8 +78,9 @@ PARTS: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
     ("travelling window", Dynamics, ("_follow_window",)),
     ("sums of forces", Recorder, ("after_step",)),
     ("exchange of ghosts", Domain, ("sum_to_owner", "copy_to_ghosts")),
-    ("motion of the nodes, all else", Dynamics, ("step",)),
-    ("motion of the nodes, all else", Run, ("_step",)),
+    ("motion of the nodes", dynamics_module, ("kick", "drift", "apply_contact")),
+    ("all else", Dynamics, ("step",)),
+    ("all else", Run, ("_step",)),
     ("rigid groups, springs, dampers", dynamics_module, ("group_reactions", "impose_velocity")),
     ("projections", contact_kernels, ("predict",)),
 )
