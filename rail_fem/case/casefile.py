@@ -24,6 +24,7 @@ CASE_VERSION = 1
 LONGEST_TITLE = 200
 MOST_ERRORS = 50  # told of one file
 FEWEST_ROWS = 10  # of a history
+OWN_PATH = "fe_window"  # the model that finds its path itself
 TOP_KEYS = ("version", "title", "scene", "run", "damage")
 
 
@@ -65,11 +66,16 @@ class Case:
         raise KeyError(f"{self.path}: runs no model by {kind.__name__}")
 
     def by(self, model: str) -> Case:
-        """The same case, which runs this model: by the model's defaults where the file does not name it. Errors:
-        CaseError where these do not fit the scene."""
+        """The same case, which runs this model: where the file does not name it by the model's defaults, over the path
+        of the file's most expensive model. Errors: CaseError where these do not fit the scene."""
         if model in self.runs:
             return self
-        settings = MODELS[model].settings()
+        kind, path = MODELS[model].settings, {}
+        if "start" in kind.model_fields and model != OWN_PATH:
+            runs: list[Any] = [self.runs[name] for name in MODELS if name in self.runs and name != OWN_PATH]
+            ends = [(run.start, run.end) for run in runs if hasattr(run, "start") and None not in (run.start, run.end)]
+            path = dict(zip(("start", "end"), self.scene.in_order_of_travel(*ends[-1]))) if ends else {}
+        settings = kind(**path)
         if errors := _disagreements(self.scene, model, settings):
             raise CaseError(self.path, errors)
         return replace(self, runs={**self.runs, model: settings})

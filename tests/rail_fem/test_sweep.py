@@ -19,6 +19,7 @@ from rail_fem import cli
 from rail_fem.case.casefile import load_case
 from rail_fem.case.estimate import BYTES_LIGHT
 from rail_fem.case.preflight import preflight_errors
+from rail_fem.hierarchy import MODELS
 from rail_fem.output.result import PassResult, load
 from rail_fem.output.runfolder import held
 from rail_fem.pool import Workers, executor
@@ -228,10 +229,14 @@ def test_arguments_that_cannot_be(cases, tmp_path):
 
 
 def test_a_sweep_runs_a_model_that_no_case_names_by_its_defaults_and_refuses_to_run_nothing(tmp_path):
-    """The shipped examples name one model, and a life study none."""
+    """Over the path of the models that it names: the shipped examples name one, and a life study none."""
     done = sweep(ROOT / "cases" / "nose_transfer.toml", "--model", "p2_formula", "--out", tmp_path / "out")
     assert done.exit_code == 0 and "has no [run.p2_formula], p2_formula runs by its defaults" in done.output
     assert load(tmp_path / "out" / "nose_transfer" / "p2_formula").peaks
+    whole = load_case(ROOT / "cases" / "whole_crossing.toml")
+    ends = lambda case, model: (case.runs[model].start, case.runs[model].end)
+    for name in set(MODELS) - {"p2_formula", "fe_window"}:
+        assert ends(whole.by(name), name) == ends(whole, "fe_full"), name
     nothing = sweep(ROOT / "cases" / "damage" / "switch_section.toml", "--out", tmp_path / "none")
     assert nothing.exit_code == 2 and "name models with --model" in " ".join(nothing.output.split())
     assert not (tmp_path / "none").exists()
