@@ -2,9 +2,10 @@
 touches, how stiff it is.
 
 Each contact is the paraboloid whose intersection with a plane, as deep as the virtual penetration of Kik and Piotrowski
-(0.55 of the approach under the static load), has the length, width and area of the intersection of the true surfaces
-there. So edges and corners count by what they carry. Its centre is that of the pressure. Where the intersection is no
-ellipse about the contact point, Hertz' theory is a guess: `asymmetry`.
+(0.55 of the elastic approach), has the length, width and area of the intersection of the true surfaces there. So edges
+and corners count by what they carry, and where the gap is no paraboloid the paraboloid is another under another force:
+it is taken under the static load and under three of them. Its centre is that of the pressure. Where the intersection
+is no ellipse about the contact point, Hertz' theory is a guess: `asymmetry`.
 Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual penetration).
 """
 
@@ -30,17 +31,18 @@ from rail_fem.scene.scene import Scene
 if TYPE_CHECKING:
     from geometry.surfaces.any_crossing import AnyCrossing
 
+HEAVY = 3.0  # second load of each contact over the static one: landings press with 2 to 4
 VIRTUAL = 0.55  # virtual penetration over approach
 FIRST_DEPTH = 50e-6  # of the first intersection [m]
 DEPTHS = (5e-6, 300e-6)  # at least and at most [m]
-ROUNDS = 4  # of intersection and depth
+ROUNDS, HEAVY_ROUNDS = 4, 3  # of intersection and depth
 REACH = (14e-3, 18e-3)  # half length and half width of the position that is looked at [m]
 SAMPLES = (25, 49)  # along and across, denser in the middle
 FAR = 1.0  # gap where there is no surface [m]
 
 
 # of a table, with a row for each body
-BY_BODY = ("height", "slope", "point", "stiffness", "radii", "angle", "centre", "asymmetry")
+BY_BODY = ("height", "slope", "point", "stiffness", "radii", "heavy_radii", "angle", "centre", "asymmetry")
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,8 @@ class ContactTable:
     slope     : (2, n)    its derivative to x [1]
     point     : (2, n, 3) where they are in contact [m]
     stiffness : (2, n)    K of F = K d^1.5, vertical force over vertical approach [N/m^1.5]; 0 out of reach
-    radii     : (2, n, 2) relative radii along and across the rail [m]
+    radii     : (2, n, 2) relative radii along and across the rail [m], and
+    heavy_radii : under HEAVY static loads
     angle     : (2, n)    slope angle of the surfaces there, across the track [rad]; > 0 rises towards the field side
     centre    : (2, n)    the patch's centre of pressure, from the contact point along the tangent across the rail [m]
     asymmetry : (2, n)    distance of the intersection's middle over its half-width [1]
@@ -68,6 +71,7 @@ class ContactTable:
     point: np.ndarray
     stiffness: np.ndarray
     radii: np.ndarray
+    heavy_radii: np.ndarray
     angle: np.ndarray
     centre: np.ndarray
     asymmetry: np.ndarray
@@ -186,6 +190,7 @@ def _tabled(key: TableKey, path: WheelPath, search_time: float) -> ContactTable:
         points,
         gather("stiffness"),
         gather("radii"),
+        gather("heavy_radii"),
         gather("angle"),
         gather("centre"),
         gather("asymmetry"),
@@ -216,16 +221,22 @@ def _contacts(
     )
     ahead, angle = at[:, 0] - x, np.arctan(tread_slope)
     gap, along, across = _sampled_gap(crossing, wheel, body, x, at, radius, datum, angle)
+    virtual = lambda force, radii: np.clip(
+        VIRTUAL * (force / np.cos(angle) / hertz_constants(radii, modulus)) ** (2 / 3), *DEPTHS
+    )
     depth = np.full(len(x), FIRST_DEPTH)
     for _ in range(ROUNDS):
         radii, centre, asymmetry = equivalent_paraboloid(gap, along, across, depth)
-        constant = hertz_constants(radii, modulus)
-        depth = np.clip(VIRTUAL * (load / np.cos(angle) / constant) ** (2 / 3), *DEPTHS)
+        depth = virtual(load, radii)
+    heavy = radii
+    for _ in range(HEAVY_ROUNDS):
+        heavy, _, _ = equivalent_paraboloid(gap, along, across, virtual(HEAVY * load, heavy))
     found = {
+        "radii": radii,
+        "heavy_radii": heavy,
         "slope": ahead / np.sqrt(rolling**2 - ahead**2),
         "angle": angle,
-        "stiffness": constant * np.cos(angle) ** 2.5,
-        "radii": radii,
+        "stiffness": hertz_constants(radii, modulus) * np.cos(angle) ** 2.5,
         "centre": centre,
         "asymmetry": asymmetry,
     }

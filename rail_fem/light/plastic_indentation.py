@@ -19,10 +19,12 @@ Error: an order-of-magnitude theory. At the nose of the reference pass, 200 kN: 
 fe_full at 2 mm.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from rail_fem.light.contact_law import ContactLaw
-from rail_fem.light.contact_table import ContactTable, patch_sizes
+from rail_fem.light.contact_table import HEAVY, ContactTable, hertz_constants, patch_sizes
 from rail_fem.light.vertical_pass import Contacts
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
@@ -33,47 +35,85 @@ STRAIN = 0.2  # representative strain over contact half-width / radius
 # of the rolled law: indentation over elastic approach per pressure over yield stress beyond the onset; semi-axes
 RATE, ONSET, LAG = 0.137, 1.65, 0.3
 SHORTEST_LAG = 1e-9  # where nothing is indented [s]
+LEAST = 1e-6  # indentation per force, over the elastic approach, under the static load
 NEVER = 1e15  # force of an indentation that does not begin [N]
 ROUNDS = 20  # of strain and depth; each round shrinks the error at least by half
 
 
 def contacts_of(scene: Scene, settings: IndentationSettings, table: ContactTable) -> Contacts:
-    """The contact law along the path, with plastic indentation where the steel yields and the settings want them."""
-    if not settings.plastic_indentation:
-        return lambda x: ContactLaw(table.height_at(x), table.between(x, table.stiffness))
+    """The contact law along the path: a power law through the elastic approaches under the static load and HEAVY of
+    them, with plastic indentation where the steel yields and the settings want them."""
     steels, load = (scene.materials.wing.steel(), scene.materials.nose.steel()), scene.static_wheel_load
-    if settings.indentation_law == "rolled":
+    table = as_seen(table, settings)
+    exponent, rolled = elastic_law(table, load)[1], settings.indentation_law == "rolled"
+    none = np.zeros(exponent.shape)
+    if not settings.plastic_indentation:
+        found = none, none, none
+    elif rolled:
         found = rolled_indentation(table, steels, load, scene.speed)
     else:
-        found = (*plastic_indentation(table, steels, load), None)
-    along = lambda values, x: None if values is None else table.between(x, values)
-    return lambda x: ContactLaw(
-        table.height_at(x), along(table.stiffness, x), along(found[0], x), along(found[1], x), lag=along(found[2], x)
-    )
+        found, exponent = (*plastic_indentation(table, steels, load), none), np.full(exponent.shape, 1.5)
+
+    def law(x: np.ndarray) -> ContactLaw:
+        yield_load, compliance, lag = (table.between(x, values) for values in found)
+        hertz, power = np.maximum(table.between(x, table.stiffness), 1.0), table.between(x, exponent)  # 1: out of reach
+        relief = compliance * np.cbrt(yield_load) * hertz ** (2 / 3) if rolled else 0.0
+        stiffness = load * (hertz / load) ** (power / 1.5)  # through the approach under the static load
+        return ContactLaw(table.height_at(x), stiffness, power, 0.0 if rolled else yield_load, compliance, relief, lag)
+
+    return law
+
+
+def as_seen(table: ContactTable, settings: IndentationSettings) -> ContactTable:
+    """The table with the paraboloids that the settings' contact law takes under HEAVY static loads."""
+    return table if settings.contact_law == "two loads" else replace(table, heavy_radii=table.radii)
+
+
+def elastic_law(table: ContactTable, load: float) -> tuple[np.ndarray, np.ndarray]:
+    """Elastic approach under the static load [N] (2, n) [m], and the exponent of F = K d^exponent (2, n) that leads to
+    the one under HEAVY of them; out of reach any."""
+    approach, exponent = np.full(table.stiffness.shape, 1e-4), np.full(table.stiffness.shape, 1.5)
+    for body, modulus in enumerate(table.modulus):
+        near = table.stiffness[body] > 0
+        approach[body, near] = (load / table.stiffness[body, near]) ** (2 / 3)
+        softer = hertz_constants(table.radii[body, near], modulus) / hertz_constants(
+            table.heavy_radii[body, near], modulus
+        )
+        exponent[body, near] = np.log(HEAVY) / np.log((HEAVY * softer) ** (2 / 3))
+    return approach, exponent
 
 
 def rolled_indentation(
     table: ContactTable, steels: tuple[Steel, Steel], load: float, speed: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Force at which plastic indentation begins (2, n) [N], its depth per force (2, n) [m/N], 0 where the steel is
-    elastic, and the time in which it follows the force (2, n) [s], as the second form of rail_fem.light.contact_law.
+    """Force Y at which plastic indentation begins (2, n) [N], its depth per force C (2, n) [m/N], 0 where the steel is
+    elastic, and the time in which it follows the force (2, n) [s]: p = C (F - Y^(1/3) stiffness^(2/3) e) meets the law
+    under the static load [N] and HEAVY of them; Y < 0 where a contact grows flatter and is indented from the first.
 
-    load : vertical force at which strain and patch are taken [N]
+    The yield stress is that at the strain under the static load.
     """
-    shape = table.stiffness.shape
-    yield_load, plastic_compliance, lag = np.full(shape, NEVER), np.zeros(shape), np.full(shape, SHORTEST_LAG)
+    approach, exponent = elastic_law(table, load)
+    yield_load, compliance = np.full(approach.shape, NEVER), np.zeros(approach.shape)
+    lag = np.full(approach.shape, SHORTEST_LAG)
     for body, steel in enumerate(steels):
-        reached = table.stiffness[body] > 0
-        if steel.is_elastic or not reached.any():
+        near = table.stiffness[body] > 0
+        if steel.is_elastic or not near.any():
             continue
-        radii, normal = table.radii[body][reached], load / np.cos(table.angle[body][reached])
-        sizes = patch_sizes(normal, radii, table.modulus[body])
-        pressure = pressure_over_yield(normal, radii, sizes, steel)
-        elastic = (load / table.stiffness[body][reached]) ** (2 / 3)
-        yield_load[body, reached] = load * (ONSET / pressure) ** 3
-        plastic_compliance[body, reached] = RATE * pressure * elastic / load
-        lag[body, reached] = np.maximum(LAG * sizes[:, 0] / speed, SHORTEST_LAG)
-    return yield_load, plastic_compliance, lag
+        light, normal = approach[body, near], load / np.cos(table.angle[body, near])
+        heavy = light * HEAVY ** (1 / exponent[body, near])
+        sizes, wider = (
+            patch_sizes(force, radii[body, near], table.modulus[body])
+            for force, radii in ((normal, table.radii), (HEAVY * normal, table.heavy_radii))
+        )
+        pressure = pressure_over_yield(normal, table.radii[body, near], sizes, steel)
+        first = RATE * (pressure - ONSET) * light
+        second = RATE * (pressure * HEAVY * sizes.prod(axis=1) / wider.prod(axis=1) - ONSET) * heavy
+        share = (second - HEAVY * first) / (HEAVY * light - heavy)
+        per_force = np.maximum(first + share * light, LEAST * light)  # times the static load
+        compliance[body, near] = per_force / load
+        yield_load[body, near] = load * ((per_force - first) / per_force) ** 3
+        lag[body, near] = np.maximum(LAG * sizes[:, 0] / speed, SHORTEST_LAG)
+    return yield_load, compliance, lag
 
 
 def pressure_over_yield(normal: np.ndarray, radii: np.ndarray, sizes: np.ndarray, steel: Steel) -> np.ndarray:

@@ -23,13 +23,13 @@ FIRST_YIELD = 1.6
 MOST_ASYMMETRY = 0.25
 LARGEST_SHARE = 0.3  # of a patch's semi-axis in the smallest radius, beyond which a half-space is none
 SUDDEN = 0.5  # share of the lumped constant that the true one may differ by
-MOST_STIFFNESS = 0.15  # share by which a law's stiffness may differ from that of the gap solved under a pass' force
+MOST_APPROACH = 0.1  # share by which a law's approach may differ from that of the gap solved under a pass' force
 
 Flag = dict[str, str]
 
 
 class SolvedContact(NamedTuple):
-    """A contact under a force [N] that a pass found: stiffness [N/m^1.5] of the pass' law there, and of the gap solved
+    """A contact under a force [N] that a pass found: elastic approach [m] by the pass' law there, and of the gap solved
     under this force."""
 
     body: str
@@ -175,15 +175,14 @@ def bem_flags(scene: Scene, patches: tuple[PatchSummary, ...], lifts: tuple[int,
 def law_flags(contacts: Sequence[SolvedContact], load: float) -> list[Flag]:
     """Bodies on which the law, solved under `load` [N], is not that of the gap under the pass' own forces: one flag a
     body, of its largest force that is so."""
-    off = [c for c in contacts if c.force > load and abs(c.solved / c.of_law - 1) > MOST_STIFFNESS]
+    off = [c for c in contacts if c.force > load and abs(c.of_law / c.solved - 1) > MOST_APPROACH]
     worst = [max(mine, key=lambda c: c.force) for body in BODIES if (mine := [c for c in off if c.body == body])]
     return [
         flag(
             "contact law",
-            f"{c.body}: under {c.force / 1e3:.0f} kN the gap's stiffness is {c.solved / c.of_law:.2f} of the law's,"
-            f" which is solved under {load / 1e3:.0f} kN and carried on as F = K d^1.5: the force is too"
-            f" {'large' if c.solved < c.of_law else 'small'} (a wheel that touches along a line has F more nearly in"
-            f' proportion to d); see what stiffness_load = "{c.force / 1e3:.0f} kN" makes of it',
+            f"{c.body}: under {c.force / 1e3:.0f} kN the gap gives way by {c.solved * 1e6:.0f} um, the law through"
+            f" {load / 1e3:.0f} kN by {c.of_law * 1e6:.0f} um: the force is too"
+            f" {'large' if c.of_law < c.solved else 'small'}",
             f"x = {c.x * 1e3:.0f} mm",
         )
         for c in worst

@@ -110,14 +110,14 @@ def integrate(
 
 
 @njit(cache=True)
-def solve_distance(unloaded, compliance, height, law, exponent, out):
+def solve_distance(unloaded, compliance, height, law, out):
     """Root s of s = free + compliance * sum of forces(s); `out` (bodies,) holds the forces there.
 
     Newton's method, held between the bounds that are known: the forces fall with s and are 0 at the highest body.
     """
     low, high, s = unloaded, max(unloaded, height.max()), unloaded
     for _ in range(MOST_ITERATIONS):
-        slope = contact_forces(s, height, law, exponent, out)
+        slope = contact_forces(s, height, law, out)
         residual = unloaded + compliance * out.sum() - s
         low, high = (s, high) if residual >= 0 else (low, s)
         new = s + residual / (1.0 - compliance * slope)
@@ -126,12 +126,12 @@ def solve_distance(unloaded, compliance, height, law, exponent, out):
         change, s = new - s, new
         if abs(change) <= CLOSED:
             break
-    contact_forces(s, height, law, exponent, out)
+    contact_forces(s, height, law, out)
     return s
 
 
 @njit(cache=True)
-def _march(masses, inverse, q, v, step, height, law, exponent, beam, u, w, x):
+def _march(masses, inverse, q, v, step, height, law, beam, u, w, x):
     coupling = masses.coupling
     steps = (height.shape[1] - 1) // 2
     position, velocity = np.empty((steps + 1, len(q))), np.empty((steps + 1, len(q)))
@@ -144,8 +144,8 @@ def _march(masses, inverse, q, v, step, height, law, exponent, beam, u, w, x):
     compliance = step / 2 * (coupling @ reply)
     before = after = 0.0
     start = coupling @ q - (0.0 if beam is None else height_under(u, x[0], beam))
-    contact_forces(start, height[:, 0], law[:, 0], exponent, now)
-    first_dents(now, law[:, 0], exponent, dent)
+    contact_forces(start, height[:, 0], law[:, 0], now)
+    first_dents(now, law[:, 0], dent)
     for i in range(steps):
         still = inverse @ (2 / step * masses.mass * v - masses.stiffness @ q + masses.load)
         unloaded = coupling @ (q + step / 2 * still)
@@ -156,8 +156,8 @@ def _march(masses, inverse, q, v, step, height, law, exponent, beam, u, w, x):
             unloaded -= height_under(u + step / 2 * beam_still, x[2 * i + 1], beam)
             soft += step / 2 * height_under(beam_reply, x[2 * i + 1], beam)
         lagging(dent[:, i], height[:, 2 * i + 1], law[:, 2 * i + 1], step, top, here)
-        s = solve_distance(unloaded, soft, top, here, exponent, now)
-        follow(dent, i, now, law[:, 2 * i + 1], exponent, step)
+        s = solve_distance(unloaded, soft, top, here, now)
+        follow(dent, i, now, law[:, 2 * i + 1], step)
         middle = still + reply * now.sum()
         q = q + step * middle
         v = 2 * middle - v
@@ -174,7 +174,7 @@ def _march(masses, inverse, q, v, step, height, law, exponent, beam, u, w, x):
             w = 2 * beam_middle - w
             beam_position[i + 1], beam_velocity[i + 1] = u, w
             loss[i] += step * (beam_middle @ band_times(beam.damping, beam_middle))
-        path_work[i] = _path_work(s + before, s + after, height, dent, law, exponent, i)
+        path_work[i] = _path_work(s + before, s + after, height, dent, law, i)
     return VerticalMotion(position, velocity, force, path_work, loss, dent, beam_position, beam_velocity)
 
 
@@ -189,22 +189,22 @@ def _beam_history(steps, u, w):
 
 
 @njit(cache=True)
-def _path_work(before, after, height, dent, law, exponent, i):
+def _path_work(before, after, height, dent, law, i):
     """Work done on the contacts by moving the path on during step i, dents that lag with it, at the distances that the
     masses' middle leaves at both ends: the same, but on a beam, which is as high elsewhere as it is inclined."""
-    energy = contact_energy(after, height[:, 2 * i + 2] - dent[:, i + 1], law[:, 2 * i + 2], exponent)
-    return energy - contact_energy(before, height[:, 2 * i] - dent[:, i], law[:, 2 * i], exponent)
+    energy = contact_energy(after, height[:, 2 * i + 2] - dent[:, i + 1], law[:, 2 * i + 2])
+    return energy - contact_energy(before, height[:, 2 * i] - dent[:, i], law[:, 2 * i])
 
 
 def static_distance(load: float, law: ContactLaw) -> float:
     """Distance s [m] at which the contacts carry `load` [N] at the first of the law's times, to round-off."""
-    heights, laws, exponent = law.arrays
+    heights, laws = law.arrays
     height, at, out = heights[:, 0], laws[:, 0], np.empty(len(heights))
     best = int(np.argmax(height))
     high = float(height[best])
-    low = high - (load / at[best, 0]) ** (1 / exponent) - indentation(load, at[best], exponent)
+    low = high - (load / at[best, 0]) ** (1 / at[best, 1]) - indentation(load, at[best])
     while (low + high) / 2 not in (low, high):
         middle = (low + high) / 2
-        contact_forces(middle, height, at, exponent, out)
+        contact_forces(middle, height, at, out)
         low, high = (middle, high) if out.sum() > load else (low, middle)
     return (low + high) / 2

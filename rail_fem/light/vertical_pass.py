@@ -155,11 +155,11 @@ def run_pass(
     if modes is not None:
         position, velocity = bent(scene, modes, position), np.r_[velocity, np.zeros(len(modes.mass))]
     motion = integrate(masses, position, velocity, step, law, on_beam)
-    height, laws, exponent = law.arrays
+    height, laws = law.arrays
     distance = motion.position @ masses.coupling
     if beam is not None:
         distance = distance - beam.heights(motion.beam_position, x[::2])
-    energy = contact_energies(distance, height[:, ::2] - motion.dent, laws[:, ::2], exponent)
+    energy = contact_energies(distance, height[:, ::2] - motion.dent, laws[:, ::2])
     return LightPass(
         (np.arange(motion.force.shape[1]) + 0.5) * step, x[1::2], motion.force, motion, masses, step, energy, beam
     )

@@ -36,7 +36,7 @@ class WheelsetContacts(NamedTuple):
     side   : (c,) +1 left, -1 right;  position : (c, t) Y, across the track from its middle, + to the left [m]
     shift  : (k,) u [m];  height, slope : (c, t, k) H [m] (-inf out of reach) and dH/du [1];
     radius : (c, t, k) of the wheel there [m]
-    law    : (c, t, 3) Hertz constant [N/m^1.5], yield load [N] and plastic compliance [m/N]
+    law    : (c, t, 6) of rail_fem.light.contact_law
     creep  : (c, t, 2) longitudinal and lateral creep coefficient [N] at the normal force `reference` [N]; they grow
         with its 2/3 power
     """
@@ -195,7 +195,7 @@ def _energy(q, t, contacts, dent, rolling, clearance, check):
         d, _ = approach(q, c, t, contacts, rolling, gradient)
         d -= dent[c]
         if d > 0:
-            energy += contact_energy(-d, none, contacts.law[c, t : t + 1], 1.5)
+            energy += contact_energy(-d, none, contacts.law[c, t : t + 1])
     return energy
 
 
@@ -209,7 +209,7 @@ def _potentials(position, contacts, dent, rolling, clearance, check):
 
 @njit(cache=True)
 def _normal(q, t, contacts, law, top, rolling, clearance, check, force, into, stiff):
-    """Forces of contacts (c,) by their laws (c, 4), with heights changed by `top` (c,), their generalised force into
+    """Forces of contacts (c,) by their laws (c, 6), with heights changed by `top` (c,), their generalised force into
     (8,), and minus its derivative to q (8, 8)."""
     gradient = np.empty(8)
     into[:], stiff[:] = 0.0, 0.0
@@ -223,7 +223,7 @@ def _normal(q, t, contacts, law, top, rolling, clearance, check, force, into, st
         stiff[3, 3] += check * rolling**2
     for c in range(len(contacts.side)):
         d, bend = approach(q, c, t, contacts, rolling, gradient)
-        force[c], rate = contact_force(d + top[c], law[c], 1.5)
+        force[c], rate = contact_force(d + top[c], law[c])
         into -= force[c] * gradient
         for i in range(8):
             for j in range(8):
@@ -303,7 +303,7 @@ def _march(system, contacts, q, v, step):
     held, dent = np.diag(1.0 - system.free_dofs), motion.dent
     level, top, here = np.zeros(count), np.zeros(count), contacts.law[:, 0].copy()
     _normal(q, 0, contacts, here, top, rolling, clearance, check, now, normal_load, stiff)
-    first_dents(now, contacts.law[:, 0], 1.5, dent)
+    first_dents(now, contacts.law[:, 0], dent)
     for i in range(steps):
         t, middle, closed = 2 * i + 1, v.copy(), False
         lagging(dent[:, i], level, contacts.law[:, t], step, top, here)
@@ -331,7 +331,7 @@ def _march(system, contacts, q, v, step):
         if not closed:
             return motion, i
         at = q + step / 2 * middle
-        follow(dent, i, now, contacts.law[:, t], 1.5, step)
+        follow(dent, i, now, contacts.law[:, t], step)
         after = _energy(at, t + 1, contacts, dent[:, i + 1], rolling, clearance, check)
         motion.path_work[i] = after - _energy(at, t - 1, contacts, dent[:, i], rolling, clearance, check)
         motion.loss[i], motion.friction[i] = step * (middle @ (damper @ middle)), -step * (middle @ creep_load)

@@ -230,7 +230,7 @@ def wheelset_contacts(scene: Scene, law: ContactLaw, surfaces: Surfaces, x: np.n
         radius=np.concatenate(
             [radii, repeat(np.array([wheel_radii(scene, t, s)[0, 0] for t, s in zip(plain, surfaces.shift)]))]
         ),
-        law=np.concatenate([laws, repeat(np.array([stock.stiffness[0, 0], 0.0, 0.0, 0.0]))]),
+        law=np.concatenate([laws, repeat(np.array([stock.stiffness[0, 0], 1.5, 0.0, 0.0, 0.0, 0.0]))]),
         creep=np.concatenate([creeps, repeat(creep_coefficients(scene, stock, 0)[0])]),
         reference=scene.static_wheel_load,
         friction=scene.friction,
@@ -306,10 +306,8 @@ def start_of(
 
 
 def _held(height: np.ndarray, law: np.ndarray) -> ContactLaw:
-    """The law (bodies, 1, 4) of one moment, kept."""
-    stay = lambda values: np.repeat(values, 3, axis=1)
-    stiffness, yield_load, compliance, lag = (stay(law[..., k]) for k in range(4))
-    return ContactLaw(stay(height), stiffness, yield_load, compliance, lag=lag)
+    """The law (bodies, 1, 6) of one moment, kept."""
+    return ContactLaw(np.repeat(height, 3, axis=1), *np.moveaxis(np.repeat(law, 3, axis=1), -1, 0))
 
 
 def diverging_start(

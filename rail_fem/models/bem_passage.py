@@ -2,13 +2,13 @@
 on the true gaps.
 
 At positions along the path, on each body that the wheel can reach there, the gap of the true surfaces is solved under
-the static load (or `stiffness_load`); its force over approach^1.5 is the contact's law, in place of the Hertz
-constant of a fitted paraboloid. At the moments that matter (start, largest forces, most even sharing, end) the patches
-are solved under the forces that the pass found. Resolves what rigid_hertz does, and the shape and pressure of patches
-that are no ellipses. Blind to edges (the half-space goes on beyond them), plastic flow within a patch and waves, which
-it flags. Source of the law: F = K d^1.5 holds exactly for Hertz, and secantly at the static load for other gaps: where
-a wheel touches along a line, F grows more nearly with d, and a force far above the static load is found too large. The
-patches solved under the forces of the pass say by how much (rail_fem.light.validity.law_flags).
+the static load; its approach takes the place of the fitted paraboloid's in the contact's law. At the moments that
+matter (start, largest forces, most even sharing, end) the patches are solved under the forces that the pass found.
+Resolves what rigid_hertz does, and the shape and pressure of patches that are no ellipses. Blind to edges (the
+half-space goes on beyond them, and is too stiff under a cone beside the rail's end), plastic flow within a patch and
+waves, which it flags. The patches solved under the forces of the pass say how far the law is off there
+(rail_fem.light.validity.law_flags): under the static load F = K d^1.5 is exact, and a force far above it is found too
+large where a wheel touches along a line.
 """
 
 import functools
@@ -24,7 +24,7 @@ from kernel_cache import working_time
 from rail_fem.light.contact_pairs import ContactPair, crossing_surface, pair_at
 from rail_fem.light.contact_table import ContactTable, TableKey, table_key, table_of
 from rail_fem.light.pass_result import pass_result, patch_steps
-from rail_fem.light.plastic_indentation import contacts_of
+from rail_fem.light.plastic_indentation import as_seen, contacts_of, elastic_law
 from rail_fem.light.validity import SolvedContact, bem_flags, law_flags
 from rail_fem.light.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
 from rail_fem.output.result import PassResult, PatchSummary
@@ -45,15 +45,15 @@ def solve(
     solved.
     """
     key = table_key(scene, *settings.window(scene), settings.path_spacing)
-    load = settings.stiffness_load or scene.static_wheel_load
-    table = solved_table(key, settings.patch_spacing, settings.cells, load)
+    load = scene.static_wheel_load
+    table = as_seen(solved_table(key, settings.patch_spacing, settings.cells), settings)
     started = working_time()
     contacts = contacts_of(scene, settings, table)
     run = run_pass(scene, settings, contacts)
     coarse = run_pass(scene, settings, contacts, 2 * run.step)
     solved = solved_patches(key, settings, table, run, patch_steps(run))
     patches = tuple(patch for patch, _, _ in solved)
-    flags = bem_flags(scene, patches, lift_offs(run, scene.static_wheel_load))
+    flags = bem_flags(scene, patches, lift_offs(run, load))
     flags += law_flags([contact for _, _, contact in solved], load)
     errors = {"time_step": step_error(run, coarse), "pressure": max(p.error.max_pressure for _, p, _ in solved)}
     errors |= beam_errors(scene, settings, contacts, run)
@@ -61,9 +61,9 @@ def solve(
 
 
 @functools.lru_cache(maxsize=32)
-def solved_table(key: TableKey, patch_spacing: float, cells: int, load: float) -> ContactTable:
-    """The table with stiffness from gaps solved every `patch_spacing` under a load [N], carried on between them as a
-    factor on the Hertz constant.
+def solved_table(key: TableKey, patch_spacing: float, cells: int) -> ContactTable:
+    """The table with stiffness from gaps solved every `patch_spacing` under the static load, carried on between them as
+    a factor on the Hertz constant.
 
     Kept, as the table itself, for scenes that differ in speed, foundation or yield curve only; search_time holds what
     solving took.
@@ -74,9 +74,9 @@ def solved_table(key: TableKey, patch_spacing: float, cells: int, load: float) -
     for b in range(len(BODIES)):
         reached = np.flatnonzero((hertz.stiffness[b] > 0) & (hertz.height[b] > hertz.height.max(axis=0) - HIDDEN))
         chosen = np.unique(np.r_[reached[::every], reached[-1:]])
-        factor = [approach_stiffness(pair_of(key, hertz, b, i), load, cells) / hertz.stiffness[b, i] for i in chosen]
+        solved = [approach_stiffness(pair_of(key, hertz, b, i), key.load, cells) for i in chosen]
         if len(chosen):
-            stiffness[b] *= np.interp(hertz.x, hertz.x[chosen], factor)
+            stiffness[b] *= np.interp(hertz.x, hertz.x[chosen], solved / hertz.stiffness[b, chosen])
     return replace(hertz, stiffness=stiffness, search_time=hertz.search_time + working_time() - started)
 
 
@@ -111,18 +111,14 @@ def solved_patch(pair: ContactPair, load: float, cells: int, estimate: bool) -> 
 
 def approach_stiffness(pair: ContactPair, load: float, cells: int) -> float:
     """K of F = K d^1.5 [N/m^1.5], F and d vertical, that meets the solved approach at this load."""
-    return _stiffness(pair, load, solved_patch(pair, load, cells, estimate=False))
-
-
-def _stiffness(pair: ContactPair, load: float, patch: Patch) -> float:
-    return load / (patch.approach / pair.frame[2, 2]) ** 1.5
+    return load / (solved_patch(pair, load, cells, estimate=False).approach / pair.frame[2, 2]) ** 1.5
 
 
 def solved_patches(
     key: TableKey, settings: BemPassageSettings, table: ContactTable, run: LightPass, steps: list[int]
 ) -> list[tuple[PatchSummary, Patch, SolvedContact]]:
     """Patches of the bodies that carry at these steps, each with its solution and its stiffness beside the law's."""
-    found = []
+    found, law = [], elastic_law(table, key.load)
     for i in steps:
         for b, body in enumerate(BODIES):
             if run.force[b, i] <= 0:
@@ -131,6 +127,7 @@ def solved_patches(
             near = int(touched[np.argmin(np.abs(table.x[touched] - x))])
             pair, force = pair_of(key, table, b, near, x), float(run.force[b, i])
             patch = solved_patch(pair, force, settings.cells, estimate=True)
+            approach, exponent = (values[b, near] for values in law)
             length, width = (
                 float(np.ptp(np.flatnonzero((patch.pressure > 0).any(axis=1 - k))) + 1) * side
                 for k, side in enumerate((patch.grid.dx, patch.grid.dy))
@@ -149,7 +146,13 @@ def solved_patches(
                         patch.max_pressure,
                     ),
                     patch,
-                    SolvedContact(body, x, force, float(table.stiffness[b, near]), _stiffness(pair, force, patch)),
+                    SolvedContact(
+                        body,
+                        x,
+                        force,
+                        float(approach * (force / key.load) ** (1 / exponent)),
+                        float(patch.approach / pair.frame[2, 2]),
+                    ),
                 )
             )
     return found

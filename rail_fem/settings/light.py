@@ -129,6 +129,14 @@ class IndentationSettings(PassSettings):
         ),
     )
 
+    contact_law: Literal["static load", "two loads"] = Field(
+        "static load",
+        description=(
+            "the paraboloid in place of a gap: the one under the static load, F = K d^1.5, or those under one and three"
+            " of them and F = K d^n between: for cones, wheels in a fillet, the leg"
+        ),
+    )
+
 
 class RigidHertzSettings(IndentationSettings):
     """Contacts found on the true surfaces of wing and nose, each with its own Hertz law."""
@@ -179,18 +187,6 @@ class BemPassageSettings(IndentationSettings):
         Quantity("mm", 0.5, 100, "distance between positions where the gap is solved for the contact's stiffness"),
     ] = 10e-3
     cells: Count = Field(32, ge=8, le=512, description="cells across a patch, each way")
-    stiffness_load: (
-        Annotated[
-            float,
-            Quantity(
-                "kN",
-                0.1,
-                1e4,
-                "load under which it is solved, for line contacts that of the peak; none: the static one",
-            ),
-        ]
-        | None
-    ) = None
 
 
 class BemPlasticSettings(IndentationSettings):
