@@ -22,7 +22,7 @@ from rail_fem.fe.shared_file import Shared, SharedReader, write_shared
 from rail_fem.fe.state import LANES
 from rail_fem.fe.structure import Structure
 
-FORMAT = "11"
+FORMAT = "12"
 REMEDY = "remove it and --restart begins at the first step, or begin again with --overwrite"
 
 
@@ -82,7 +82,7 @@ def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics, identity: Mappin
     finite, cells = domain.cell_input[s.finite_cells], domain.m_global
     shared["finite"] = Shared(to_blocks(comm, finite, element_state(s.finite), cells), cells)
     shared["block_work"] = Shared(to_blocks(comm, finite, _block_works(s), cells), cells)
-    parts = np.concatenate([np.atleast_1d(getattr(dynamics, name)) for name in dynamics.SUMMED])
+    parts = np.concatenate([np.atleast_1d(getattr(holder, name)) for holder, name in _summed(dynamics)])
     own: dict[str, np.ndarray] = {"summed": np.array(comm.allgather(parts))}
     plain: dict = {}
     for key, leaf in gather_state(owner).items():
@@ -91,14 +91,20 @@ def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics, identity: Mappin
     write_shared(comm, path, shared, own, {"format": FORMAT, **identity})
 
 
+def _summed(dynamics: Dynamics) -> list[tuple[Any, str]]:
+    """Who holds a rank's part of a sum, and its name; the time last."""
+    holders: list[Any] = [dynamics.structure, *dynamics.parts, dynamics]
+    return [(holder, name) for holder in holders for name in holder.SUMMED]
+
+
 def _restore_summed(summed: np.ndarray, dynamics: Dynamics) -> None:
     """Each rank's own part of the sums; on another number of ranks root takes all."""
     comm = dynamics.comm
     mine = summed[comm.rank] if len(summed) == comm.size else summed.sum(axis=0) * (comm.rank == 0)
-    for name in dynamics.SUMMED:
-        size = np.size(getattr(dynamics, name))
+    for holder, name in _summed(dynamics):
+        size = np.size(getattr(holder, name))
         part, mine = mine[:size], mine[size:]
-        setattr(dynamics, name, part.copy() if isinstance(getattr(dynamics, name), np.ndarray) else float(part[0]))
+        setattr(holder, name, part.copy() if isinstance(getattr(holder, name), np.ndarray) else float(part[0]))
 
 
 def load_checkpoint(path: Path, owner: Any, dynamics: Dynamics, identity: Mapping[str, str]) -> None:

@@ -6,24 +6,17 @@ forces at the new positions). Between steps the state is x and forces at one tim
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from mpi4py import MPI
 
 from kernel_cache import working_time
 from rail_fem.fe.contact.contact import Contact
-from rail_fem.fe.contact.pairs import FRICTION_WORK, NORMAL_ENERGY, TOWED
 from rail_fem.fe.domain import raise_together
+from rail_fem.fe.dynamics_part import OF_PARTS, DynamicsPart
 from rail_fem.fe.heap import give_back_free_memory
-from rail_fem.fe.node_kernels import (
-    add_motion_energy,
-    all_finite,
-    apply_contact,
-    drift,
-    free_inverse_mass,
-    group_reactions,
-    impose_velocity,
-    kick,
-)
+from rail_fem.fe.node_kernels import add_motion_energy, all_finite, drift, free_inverse_mass, kick
 from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK, VISCOUS_WORK
 from rail_fem.fe.structure import Structure
@@ -44,30 +37,18 @@ def runs(nodes: np.ndarray) -> np.ndarray:
 
 
 class Dynamics:
-    """A structure with its supports and, by choice, a contact, moving in time.
+    """A structure and what is attached to it, moving in time.
 
     fixed : (n_nodes, 3) bool of local nodes, directions held (symmetry planes);
     mass_damping : alpha [1/s], for relaxation to rest;  window : what of the bodies is active, None for all of them
+    more : further parts (rail_fem.fe.dynamics_part)
+
+    Attributes: parts, all of them in the order in which a step asks them: window, supports, contact, more
     """
 
-    STATE = (
-        "structure",
-        "supports",
-        "contact",
-        "mass_damping",
-        "contact_normal",
-        "friction_work",
-        "motion_work",
-        "rotation",
-        "time",
-        "step_count",
-        "dt",
-        "balance_mark",
-        "window",
-        "updates",
-    )
-    SUMMED = ("works", "contact_work", "kernel_time")  # each rank's part of a sum
-    SCRATCH = ("reactions",)
+    STATE = ("structure", "parts", "mass_damping", "time", "step_count", "dt", "balance_mark", "updates")
+    SUMMED = ("kernel_time",)  # each rank's part of a sum
+    SCRATCH = ("message", "stretches")
 
     def __init__(
         self,
@@ -77,61 +58,49 @@ class Dynamics:
         fixed: np.ndarray | None = None,
         mass_damping: float = 0.0,
         window: TravellingWindow | None = None,
+        more: Sequence[DynamicsPart] = (),
     ):
-        self.window = window
-        self.structure, self.supports, self.contact = structure, supports or Supports([]), contact
+        self.structure, self.supports, self.contact, self.window = structure, supports or Supports([]), contact, window
+        self.parts: list[DynamicsPart] = [p for p in (window, self.supports, contact, *more) if p is not None]
         self.domain, self.comm = structure.domain, structure.domain.comm
         self.mass_damping = mass_damping
         n = self.domain.n_nodes
         held = np.zeros((n, 3), bool) if fixed is None else np.array(fixed, bool)
-        grouped, self.grouped = np.zeros(n, bool), []
-        for group in self.supports.groups:
-            local, _ = self.domain.local_nodes(group.input_nodes, owned_only=False)
-            grouped[local] = True
-            self.grouped.append(local)
-            group.node_mass = self.comm.allreduce(float(structure.mass[local[local < self.domain.n_owned]].sum()))
-        self.held = np.flatnonzero(held & ~grouped[:, None])  # unknowns at rest
-        self.moving = ~held.ravel() & ~np.repeat(grouped, 3)  # unknowns that move on their own where they are active
+        moved = np.zeros(n, bool)
+        for part in self.parts:
+            part.join(structure)
+            moved[part.moves()] = True
+        self.held = np.flatnonzero(held & ~moved[:, None])  # unknowns at rest
+        self.moving = ~held.ravel() & ~np.repeat(moved, 3)  # unknowns that move on their own where they are active
         self.inverse_mass = np.zeros(3 * n)
-        self.reactions = np.zeros((len(self.supports.groups), 3))
-        if contact is not None:
-            contact.take_guests(len(self.reactions))
-        self.small = np.zeros(n, np.int8)
-        self.small[self.domain.cells[structure.small_cells].ravel()] = 1
-        self.small_unknown = np.repeat(self.small, 3)
+        self.small_unknown = np.repeat(structure.on_small, 3)
+        self.message = np.empty(0)  # what the parts sum over the ranks, and the stretch of each
+        self.stretches: list[np.ndarray] = []
         self.updates = 0  # of elements so far, of all ranks
-        self.after_restore()
-        self.works = np.zeros(3)
-        self.contact_work, self.contact_normal, self.friction_work, self.motion_work = 0.0, 0.0, 0.0, 0.0
-        self.rotation = 0.0  # energy that a free wheel's rotation has gained since the start [J]
+        self.follow()
         self.time, self.step_count, self.dt = 0.0, 0, 0.0
         # energy balance at the last check, None: taken afresh at the next step [J]
         self.balance_mark: float | None = None
         self.kernel_time = 0.0  # wall time in the element kernels on this rank [s]
-        self._give_group_velocities()
+        self.impose()
 
-    def after_restore(self) -> None:
-        """What follows from the active slabs. Rank-local but for the mass of the base."""
-        if self.window is not None:
-            self.window.take_mass()
-        self._follow_window()
-
-    def _follow_window(self) -> None:
-        """Which nodes a step moves, on their own and with each rigid group. Rank-local."""
-        n, w = self.domain.n_nodes, self.window
-        touched, inside = (np.ones(n, bool),) * 2 if w is None else (w.reach.touched, w.reach.inside)
-        self.members = [
-            local[touched[local]] if w is None or group is not w.group else np.flatnonzero(touched & w.rigid)
-            for group, local in zip(self.supports.groups, self.grouped)
-        ]
-        owned = [local[local < self.domain.n_owned] for local in self.members]
-        self.owned_members = np.concatenate([np.empty(0, np.int64), *owned])
-        self.first_member = np.cumsum([0, *map(len, owned)])
+    def follow(self) -> None:
+        """Which nodes and elements a step computes. Collective."""
+        touched, inside = np.ones((2, self.domain.n_nodes), bool)
+        for reach in filter(None, (part.reach() for part in self.parts)):
+            touched, inside = touched & reach.touched, inside & reach.inside
+        for part in self.parts:
+            part.follow(touched)
         free_inverse_mass(self.structure.mass, self.moving, inside, self.inverse_mass)
         self.runs, self.owned_runs = runs(touched), runs(touched[: self.domain.n_owned])
-        self.updated_cells = self.domain.m_global if w is None else w.updated_cells
-        if w is not None and self.contact is not None:
-            self.contact.let_reach(w.facets)
+        self.updated_cells = self.structure.count_active()
+
+    after_restore = follow
+
+    def impose(self) -> None:
+        """Velocities of the parts onto the nodes that they move. Rank-local."""
+        for part in self.parts:
+            part.impose()
 
     # ---- step size
 
@@ -142,6 +111,7 @@ class Dynamics:
         self.bring_up()
         frequency = 1 / round_down(1 / largest_frequency(s, self.moving), 4)
         s.damping = 2 * WHEEL_DAMPING / frequency
+        frequency = max(frequency, *(part.frequency() for part in self.parts))
         damped = self.comm.allreduce(len(s.small_cells)) > 0  # of all ranks: one without such cells takes the same step
         ratio = max(s.settings.linear_viscosity, WHEEL_DAMPING if damped else 0.0)
         give_back_free_memory()  # the vectors of Lanczos, and what was left of meshing
@@ -155,8 +125,8 @@ class Dynamics:
             self.balance_mark = self._lagging_balance(self._energies())
         self._kick(dt)
         self._drift(dt)
-        if self.window is not None and self.window.advance(self.contact.offset):
-            self._follow_window()
+        if sum(part.moved_on() for part in self.parts):  # every one is asked
+            self.follow()
         self._forces(dt)
         self.time += dt
         self.step_count += 1
@@ -175,60 +145,39 @@ class Dynamics:
             dt,
             self.small_unknown[:n],
             self.owned_runs,
-            self.works,
+            s.works,
         )
-        group_reactions(s.force, self.owned_members, self.first_member, self.reactions)
         self._sum_over_ranks(dt)
-        if len(self.reactions):
-            self.supports.advance(self.reactions, dt)
-            self._give_group_velocities()
-        if self.contact is not None:
-            self._contact(dt)
+        for part, summed in zip(self.parts, self.stretches):
+            part.kick(dt, summed)
         self.domain.copy_to_ghosts(s.v)
 
     def _sum_over_ranks(self, dt: float) -> None:
-        """Reactions of the groups, and positions of the nodes near contact, in one message. Watched nodes of a group
-        stand there with the group's last velocity: its change of a step moves them by less than a nanometre.
-        Collective."""
-        if self.contact is None:
-            summed = self.reactions
-        else:
-            summed = self.contact.pack(dt)
-            summed[len(summed) - len(self.reactions) :, :3] = self.reactions
-        if self.comm.size > 1 and summed.size:
-            self.comm.Allreduce(MPI.IN_PLACE, summed)
-        if self.contact is not None:
-            self.reactions[:] = summed[len(summed) - len(self.reactions) :, :3]
-
-    def _give_group_velocities(self) -> None:
-        for group, local in zip(self.supports.groups, self.members):
-            impose_velocity(self.structure.v, local, group.velocity)
-
-    def _contact(self, dt: float) -> None:
-        c, s = self.contact, self.structure
-        c.add_forces(dt)
-        self.contact_work += apply_contact(
-            s.v, s.force, c.force, c.inverse_mass, c.own_local, c.own_at, self.small, dt, self.works
-        )
-        self.friction_work += c.sums[FRICTION_WORK]
-        self.motion_work += dt * c.speed * c.sums[TOWED]
-        turning = c.turn(dt)
-        if c.inertia is None:
-            self.motion_work += turning
-        else:
-            self.rotation += turning
-        self.contact_normal = c.sums[NORMAL_ENERGY]
+        """What the parts sum over the ranks, in one message: reactions of groups, positions of the nodes near contact.
+        Nodes of a group stand there with the group's last velocity: its change of a step moves them by less than a
+        nanometre. Collective."""
+        for part in self.parts:
+            part.ready(dt)
+        sizes = [part.size for part in self.parts]
+        if sizes != [len(stretch) for stretch in self.stretches]:
+            self.message = np.empty(sum(sizes))
+            self.stretches = np.split(self.message, np.cumsum(sizes)[:-1])
+        for part, mine in zip(self.parts, self.stretches):
+            part.pack(dt, mine)
+        if self.comm.size > 1 and len(self.message):
+            self.comm.Allreduce(MPI.IN_PLACE, self.message)
 
     def _drift(self, dt: float) -> None:
         drift(self.structure.x, self.structure.v, dt, self.structure.force, self.runs)
-        self.supports.drift(dt)
-        if self.contact is not None:
-            self.contact.offset += dt * self.contact.speed
+        for part in self.parts:
+            part.drift(dt)
 
     def _forces(self, dt: float) -> None:
         s = self.structure
         clock = working_time()
         s.add_internal_force(dt)
+        for part in self.parts:
+            part.add_force(dt)
         self.kernel_time += working_time() - clock
         self.domain.sum_to_owner(s.force)
 
@@ -236,16 +185,16 @@ class Dynamics:
         """Take the present stresses as the state of a beginning: works of the elements are those that they hold.
         Rank-local."""
         finite, small = self.structure.elastic_energy()
-        self.works[:] = finite + self.structure.work.sum(), small, 0.0
+        self.structure.works[:] = finite + self.structure.work.sum(), small, 0.0
         self.balance_mark = None
-        self._give_group_velocities()
+        self.impose()
 
     # ---- what is known of it
 
     def bring_up(self) -> None:
-        """Nodes outside the window to where they are now, for those who look at all of the bodies. Rank-local."""
-        if self.window is not None:
-            self.window.bring_up()
+        """Nodes that no step touches to where they are now, for those who look at all of the bodies. Rank-local."""
+        for part in self.parts:
+            part.bring_up()
 
     def check(self) -> dict[str, float]:
         """Raise ArithmeticError on all ranks when an element is inside out, a number is not finite or the energy
@@ -258,16 +207,11 @@ class Dynamics:
             message = s.inversion_message() or "velocities are not finite"
         try:
             raise_together(self.comm, message)
-            self._check_window()
+            for message in filter(None, (part.end_message() for part in self.parts)):
+                raise ValueError(message)
             return self._check_balance()
         except ValueError as error:
             raise ArithmeticError(f"step {self.step_count}, t = {self.time * 1e3:.4f} ms: {error}") from None
-
-    def _check_window(self) -> None:
-        if self.window is not None:
-            message = self.window.end_message(self.contact.carrying_x(), self.contact.offset)
-            if message:
-                raise ValueError(message)
 
     def _check_balance(self) -> dict[str, float]:
         found = self._energies()
@@ -304,42 +248,39 @@ class Dynamics:
     def _energies(self) -> tuple[dict[str, float], float]:
         """`energies`, and the power of the forces at hand on the velocities [W]. Nodes outside the window are not
         looked at: they have the base's velocity and no forces. Collective."""
-        s, w = self.structure, self.window
+        s = self.structure
         finite, small = s.elastic_energy()
         motion = np.zeros(3)
-        add_motion_energy(s.v, s.force, s.mass, self.small, self.owned_runs, motion)
+        add_motion_energy(s.v, s.force, s.mass, s.on_small, self.owned_runs, motion)
         half = 0.5 * self.dt * motion[1:]
-        works = self.works - [half[0] - half[1], half[1], 0.0]
-        kinetic = motion[0] + half[0] + (0.0 if w is None else w.motion_outside[4])
-        local = np.array([kinetic, finite, small, *s.work, *works, self.contact_work, motion[1]])
+        works = s.works - [half[0] - half[1], half[1], 0.0]
+        untouched, contact = np.sum([part.shares() for part in self.parts], axis=0)
+        local = np.array([motion[0] + half[0] + untouched, finite, small, *s.work, *works, contact, motion[1]])
         total = np.empty_like(local)
         self.comm.Allreduce(local, total)
         kinetic, finite, small = map(float, total[:3])
-        left_elastic, left_kinetic = (0.0, 0.0) if w is None else (w.left_elastic, w.left_kinetic)
-        finite += left_elastic
+        out = dict.fromkeys(OF_PARTS, 0.0)
+        for part in self.parts:
+            for name, energy in part.energies().items():
+                out[name] += energy
+        finite += out["left_elastic"]
         plastic, hourglass, viscous = map(float, total[[3 + PLASTIC_WORK, 3 + HOURGLASS_WORK, 3 + VISCOUS_WORK]])
         finite_work, small_work, mass_damping, contact, power = map(float, total[6:])
-        kinetic += 0.5 * self.dt * self.supports.spring_power()
-        out = {
+        kinetic += 0.5 * self.dt * sum(part.power() for part in self.parts)
+        out |= {
             "kinetic": kinetic,
             "elastic": finite + small,
-            "left_elastic": left_elastic,
-            "left_kinetic": left_kinetic,
             "plastic": plastic,
             "hourglass": hourglass,
             "viscous": viscous,
             "wheel_damping": small_work - small if len(s.small_cells) else 0.0,
             "mass_damping": mass_damping,
-            **self.supports.energies(),
             "contact": contact,
-            "contact_penalty": self.contact_normal,
-            "friction": self.friction_work,
-            "prescribed_motion": self.motion_work,
-            "rotation": self.rotation,
             "internal_work_mismatch": finite_work - (finite + plastic + hourglass + viscous),
         }
         stored = out["kinetic"] + out["lumped_kinetic"] + out["elastic"] + out["springs"]
-        lost = plastic + hourglass + viscous + out["wheel_damping"] + mass_damping + out["dampers"] + left_kinetic
+        lost = plastic + hourglass + viscous + out["wheel_damping"] + mass_damping + out["dampers"]
+        lost += out["left_kinetic"]
         out["balance"] = stored + lost - out["loads"] - contact
         out["contact_loss"] = (
             -contact - out["prescribed_motion"] - out["rotation"] - out["friction"] - out["contact_penalty"]

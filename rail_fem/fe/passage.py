@@ -117,8 +117,7 @@ def build_passage(
     )
     window = None
     if slabs is not None:
-        centres = contact.reference[rail.quads].mean(axis=1)[:, 0]
-        window = TravellingWindow(structure, slabs, extent, crossing, of_facets, slabs.of_cells(centres, of_facets))
+        window = TravellingWindow(structure, slabs, extent, crossing, contact, of_facets)
     dynamics = Dynamics(structure, supports, contact, window=window)
     masses = structure.region_masses()
     crossing.mesh_mass, axle.mesh_mass = float(sum(masses[body] for body in CROSSING)), float(masses[PassBody.WHEEL])
@@ -197,7 +196,7 @@ def start_velocities(dynamics: Dynamics, running: Running, axle: RigidGroup, spr
     for group in (axle, sprung):
         if group is not None:
             group.velocity = np.array([0.0, 0.0, vertical])
-    dynamics._give_group_velocities()
+    dynamics.impose()
 
 
 def end_settling(passage: Passage, scene: Scene, settings: FeSettings) -> None:

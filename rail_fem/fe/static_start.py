@@ -99,6 +99,7 @@ def _with_even_steps(structure: Structure) -> Structure:
     """A structure over the same state whose elements all have the critical step of the one that has the least;
     without bulk viscosity, which would overdamp the large ones. Collective."""
     own = copy(structure)
+    own.works = np.zeros(3)
     own.least_step = 0.0  # steel again: the steps are made even below
     length = eigen_length(own.domain.reference.reshape(-1, 3)[own.domain.cells])
     least = own.domain.comm.allreduce(float(length.min(initial=np.inf)), op=MPI.MIN)

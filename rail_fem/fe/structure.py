@@ -55,10 +55,13 @@ class Structure:
 
     Attributes (rank-local): x, v, force (3 n_nodes,);  anchor (3 n_nodes,) with slabs only: position relative to the
     rigid base of nodes outside the window;  mass (n_nodes,) of whole nodes also on ghosts;
-    block_work (n_blocks, N_WORK) plastic, hourglass and viscous work of each finite-strain block so far [J].
+    block_work (n_blocks, N_WORK) plastic, hourglass and viscous work of each finite-strain block so far [J];
+    on_small (n_nodes,) int8: 1 on the small-displacement bodies;  works (3,) internal work of finite-strain and of
+    small-displacement nodes, work of the mass damping so far [J].
     """
 
     STATE = ("damping",)
+    SUMMED = ("works",)  # each rank's part of a sum
     NODAL: tuple[str, ...] = (
         "x",
         "v",
@@ -104,7 +107,9 @@ class Structure:
             domain.reference, beside.nodes, beside.filled, beside.material_of, self.table.rows
         )
         self.damping = 0.0
-        self.block_work = np.zeros((len(self.finite.filled), N_WORK))
+        self.block_work, self.works = np.zeros((len(self.finite.filled), N_WORK)), np.zeros(3)
+        self.on_small = np.zeros(domain.n_nodes, np.int8)
+        self.on_small[domain.cells[self.small_cells].ravel()] = 1
         self.smallest_volume = smallest
         raise_together(domain.comm, self._inversion_message(volumes(domain.reference, domain.cells)))
         self.mass = self.lumped_mass()
@@ -189,6 +194,11 @@ class Structure:
             add_ring_force(lines)
             add_elastic_force(lines.u, b.nodes, b.filled, b.material_of, self.table.rows, self.geometry, lines.f)
             give_lines(lines, force)
+
+    def count_active(self) -> int:
+        """Cells that a step computes, of all ranks. Collective."""
+        finite = sum(int(self.finite.filled[first:last].sum()) for first, last in self.active)
+        return int(self.domain.comm.allreduce(finite + len(self.small_cells)))
 
     def elastic_energy(self) -> tuple[float, float]:
         """Elastic energy of the active finite-strain and of the small-displacement elements [J]. Rank-local."""

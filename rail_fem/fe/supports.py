@@ -1,6 +1,6 @@
 """What holds and loads the bodies: rigid groups of nodes with added mass, springs and dampers between them, gravity.
 
-All numbers here are replicated: every rank does the same few operations on them.
+Forces, velocities and positions of groups are replicated: every rank does the same few operations on them.
 """
 
 from __future__ import annotations
@@ -11,6 +11,10 @@ from math import fsum
 from typing import Protocol
 
 import numpy as np
+
+from rail_fem.fe.dynamics_part import DynamicsPart
+from rail_fem.fe.node_kernels import group_reactions, impose_velocity
+from rail_fem.fe.structure import Structure
 
 
 @dataclass
@@ -23,6 +27,7 @@ class RigidGroup:
     mesh_mass : of the whole mesh that the group holds [kg]: what its nodes and those that hang on them weigh
     moving_mass : the most of it that ever moves on its own [kg], None: all of it
     load : (3,) constant force [N];  velocity, displacement : (3,), change in place with time
+    holds : local nodes that are its own now, where a travelling window says so, which sets `node_mass` too; else None
     """
 
     name: str
@@ -33,6 +38,7 @@ class RigidGroup:
     velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     displacement: np.ndarray = field(default_factory=lambda: np.zeros(3))
     node_mass: float = 0.0
+    holds: np.ndarray | None = None
     mesh_mass: float = 0.0
     moving_mass: float | None = None
     load_work: float = 0.0
@@ -149,13 +155,46 @@ class HeldAcross(Protocol):
         """Add the work that a sliding force [N] took from the group in a step from lateral velocity `old` [m/s]."""
 
 
-class Supports:
+class Supports(DynamicsPart):
     """All groups, links, and guides along y; `advance` moves the groups by one kick."""
 
     STATE = ("groups", "links", "guides")
 
     def __init__(self, groups: list[RigidGroup], links: Sequence[Link] = (), guides: Sequence[HeldAcross] = ()):
         self.groups, self.links, self.guides = list(groups), list(links), list(guides)
+        self.size = 3 * len(self.groups)
+
+    def join(self, structure: Structure) -> None:
+        self.structure, domain = structure, structure.domain
+        self.grouped = [domain.local_nodes(group.input_nodes, owned_only=False)[0] for group in self.groups]
+        for group, local in zip(self.groups, self.grouped):
+            if group.holds is None:
+                owned = structure.mass[local[local < domain.n_owned]]
+                group.node_mass = domain.comm.allreduce(float(owned.sum()))
+
+    def moves(self) -> np.ndarray:
+        return np.concatenate([np.empty(0, np.int64), *self.grouped])
+
+    def follow(self, touched: np.ndarray) -> None:
+        """Which nodes, and which of the owned, move with each group."""
+        self.members = [
+            local[touched[local]] if group.holds is None else group.holds
+            for group, local in zip(self.groups, self.grouped)
+        ]
+        owned = [local[local < self.structure.domain.n_owned] for local in self.members]
+        self.owned_members = np.concatenate([np.empty(0, np.int64), *owned])
+        self.first_member = np.cumsum([0, *map(len, owned)])
+
+    def pack(self, dt: float, mine: np.ndarray) -> None:
+        group_reactions(self.structure.force, self.owned_members, self.first_member, mine.reshape(-1, 3))
+
+    def kick(self, dt: float, summed: np.ndarray) -> None:
+        self.advance(summed.reshape(-1, 3), dt)
+        self.impose()
+
+    def impose(self) -> None:
+        for group, local in zip(self.groups, self.members):
+            impose_velocity(self.structure.v, local, group.velocity)
 
     def advance(self, reactions: np.ndarray, dt: float) -> None:
         """Kick: velocities of all groups from element reactions (n_groups, 3) [N], loads and links. Replicated."""
@@ -187,8 +226,8 @@ class Supports:
         """What has springs and dampers."""
         return [*self.links, *self.guides]
 
-    def spring_power(self) -> float:
-        """Power of all springs on the groups [W]."""
+    def power(self) -> float:
+        """Of all springs on the groups [W]."""
         return fsum(part.spring_power() for part in self.parts)
 
     def energies(self) -> dict[str, float]:

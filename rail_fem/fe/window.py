@@ -18,6 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.dynamics_part import DynamicsPart, Reach
 from rail_fem.fe.node_kernels import within
 from rail_fem.fe.slabs import EQUAL, Slabs
 from rail_fem.fe.state import PLASTIC_WORK
@@ -54,27 +56,18 @@ def heaviest(slabs: Slabs, extent: Extent, masses: tuple[np.ndarray, ...]) -> fl
     return most
 
 
-@dataclass(frozen=True)
-class Reach:
-    """Nodes of a rank that the window concerns, (n_nodes,) bool: touched: with an element in it, inside: with all of
-    their elements in it. Nodes of bodies that are not cut into slabs are inside."""
-
-    touched: np.ndarray
-    inside: np.ndarray
-
-
-class TravellingWindow:
+class TravellingWindow(DynamicsPart):
     """Which slabs are active, and what enters and leaves.
 
     slabs : of the bodies on `group`, the rigid base that all of them stand on
-    facet_region, facet_slab : (q,) of the rail's contact facets
+    contact : moves on with the wheel and ends where the window ends;  facet_region : (q,) of its facets of the rail
 
     Attributes: active (n_regions, 2) range of active slabs of each body;  left_elastic, left_kinetic : energy that left
     with slabs so far [J];  late_flow : plastic work done in slabs while they were the last of the window [J]; all
     replicated.
     """
 
-    STATE = ("active", "left_elastic", "left_kinetic", "late_flow", "rear_work", "updated_cells")
+    STATE = ("active", "left_elastic", "left_kinetic", "late_flow", "rear_work")
     SCRATCH = ("quiet_until",)
 
     def __init__(
@@ -83,11 +76,12 @@ class TravellingWindow:
         slabs: Slabs,
         extent: Extent,
         group: RigidGroup,
+        contact: Contact,
         facet_region: np.ndarray,
-        facet_slab: np.ndarray,
     ):
         self.structure, self.slabs, self.extent, self.group = structure, slabs, extent, group
-        self.facet_region, self.facet_slab = facet_region, facet_slab
+        self.contact, self.facet_region = contact, facet_region
+        self.facet_slab = slabs.of_cells(contact.reference[contact.quads[0]].mean(axis=1)[:, 0], facet_region)
         domain = structure.domain
         self.comm = domain.comm
         region = np.zeros(domain.n_nodes, np.int64)
@@ -100,15 +94,14 @@ class TravellingWindow:
         self.active = slabs.near(*extent.ends(0.0))
         self.left_elastic, self.left_kinetic, self.late_flow = 0.0, 0.0, 0.0
         self.rear_work = np.zeros(len(slabs.planes))
-        self.reach = self._reach(self.active)
-        self._activate()
-        self.updated_cells = self._count_cells()
+        self.after_restore()
         self.quiet_until = 0.0  # distance of the wheel from its start up to which no slab enters or leaves [m]
 
     def after_restore(self) -> None:
-        """What follows from the range of active slabs. Rank-local."""
-        self.reach = self._reach(self.active)
+        """What follows from the range of active slabs. Collective."""
+        self.within = self._reach(self.active)
         self._activate()
+        self.take_mass()
         self.quiet_until = 0.0
 
     def _reach(self, active: np.ndarray) -> Reach:
@@ -133,18 +126,19 @@ class TravellingWindow:
         whole = [np.flatnonzero(blocks.material_of == region) for region in uncut]
         self.structure.active = self._blocks(self.active) + [(int(at[0]), int(at[-1]) + 1) for at in whole]
         owned = self.structure.domain.n_owned
-        self.mass_outside = float(self.structure.mass[:owned][~self.reach.touched[:owned]].sum())
+        self.mass_outside = float(self.structure.mass[:owned][~self.within.touched[:owned]].sum())
+        self.group.holds = np.flatnonzero(self.rigid & self.within.touched)
 
-    def _count_cells(self) -> int:
-        """Cells that a step computes, of all ranks. Collective."""
-        s = self.structure
-        finite = sum(int(s.finite.filled[first:last].sum()) for first, last in s.active)
-        return int(self.comm.allreduce(finite + len(s.small_cells)))
+    def reach(self) -> Reach:
+        return self.within
+
+    def follow(self, touched: np.ndarray) -> None:
+        self.contact.let_reach(self.facets)
 
     @property
     def rigid(self) -> np.ndarray:
         """Nodes (n_nodes,) bool that belong to the base now. Rank-local."""
-        return self.in_slabs & (self.clamped | ~self.reach.inside)
+        return self.in_slabs & (self.clamped | ~self.within.inside)
 
     @property
     def facets(self) -> np.ndarray:
@@ -154,7 +148,7 @@ class TravellingWindow:
 
     def bring_up(self) -> None:
         """Positions and velocities of the nodes outside, which no step touches. Rank-local."""
-        outside = ~self.reach.touched
+        outside = ~self.within.touched
         self._place(outside)
         self.structure.v.reshape(-1, 3)[outside] = self.group.velocity
 
@@ -178,19 +172,21 @@ class TravellingWindow:
         active = self.slabs.near(*self.extent.ends(offset))
         if np.array_equal(active, self.active):
             return False
-        s, before, after, was_rigid = self.structure, self.reach, self._reach(active), self.rigid
+        s, before, after, was_rigid = self.structure, self.within, self._reach(active), self.rigid
         self._enter(before, after)
         leaves, enters = self._blocks(self._less(self.active, active)), self._blocks(self._less(active, self.active))
         elastic = sum(s.energy_of_blocks(*b) for b in leaves) - sum(s.energy_of_blocks(*b) for b in enters)
         self.left_elastic += float(self.comm.allreduce(elastic))
         self._book_late_flow(self.active, active)
-        self.active, self.reach = active, after
+        self.active, self.within = active, after
         self._activate()
         self._take_up(self.rigid & ~was_rigid)
         gone = before.touched & ~after.touched
         s.anchor.reshape(-1, 3)[gone] = s.x.reshape(-1, 3)[gone] - self.group.displacement
-        self.updated_cells = self._count_cells()
         return True
+
+    def moved_on(self) -> bool:
+        return self.advance(self.contact.offset)
 
     def _next_event(self, offset: float) -> float:
         """Distance of the wheel from its start [m] at which an end of the window comes to the next plane."""
@@ -225,7 +221,7 @@ class TravellingWindow:
             if group.free[c] and group.mass > 0:
                 group.velocity[c] = ((group.mass - joined) * old[c] + momentum[c]) / group.mass
         self.left_kinetic += float(kinetic - 0.5 * group.mass * group.velocity @ group.velocity)
-        v[self.rigid & self.reach.touched] = group.velocity
+        v[self.rigid & self.within.touched] = group.velocity
 
     def take_mass(self) -> None:
         """The mass of the nodes that belong to the base now. Collective."""
@@ -253,9 +249,15 @@ class TravellingWindow:
         self.late_flow += float((work[0] - self.rear_work)[changed].sum())
         self.rear_work[changed] = work[1][changed]
 
-    def end_message(self, x: np.ndarray, offset: float) -> str | None:
-        """A sentence where contact, at positions x (k,) [m], comes as near to an end of the window as a slab; or None.
-        Replicated."""
+    def energies(self) -> dict[str, float]:
+        return {"left_elastic": self.left_elastic, "left_kinetic": self.left_kinetic}
+
+    def shares(self) -> tuple[float, float]:
+        return float(self.motion_outside[4]), 0.0
+
+    def end_message(self) -> str | None:
+        """Where contact comes as near to an end of the window as a slab."""
+        x, offset = self.contact.carrying_x(), self.contact.offset
         (low, high), slab = self.extent.ends(offset), self.slabs.shortest
         if not len(x) or (x.min() > low + slab and x.max() < high - slab):
             return None

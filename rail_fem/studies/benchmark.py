@@ -36,6 +36,8 @@ from mpi4py import MPI
 from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.fe import dynamics as dynamics_module
+from rail_fem.fe import supports as supports_module
+from rail_fem.fe.contact import contact as contact_module
 from rail_fem.fe.contact import forces as contact_kernels
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.domain import Domain
@@ -66,22 +68,22 @@ PARTS: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
     ("kernels of the wheel", Structure, ("_add_small_force",)),
     ("searches of contact", Contact, ("search",)),
     ("projections", Contact, ("_project",)),
-    ("positions of contact", Contact, ("pack",)),
+    ("positions of contact", Contact, ("ready", "pack")),
     ("pressures and forces of contact", Contact, ("add_forces",)),
     ("energies", Dynamics, ("_energies",)),
     ("rest of checks and rows", Dynamics, ("check",)),
     ("rest of checks and rows", Recorder, ("row",)),
     ("overlap", Contact, ("overlap",)),
     ("rigid groups, springs, dampers", Supports, ("advance", "drift")),
-    ("rigid groups, springs, dampers", Dynamics, ("_give_group_velocities",)),
     ("travelling window", TravellingWindow, ("advance",)),
-    ("travelling window", Dynamics, ("_follow_window",)),
+    ("travelling window", Dynamics, ("follow",)),
     ("sums of forces", Recorder, ("after_step",)),
     ("exchange of ghosts", Domain, ("sum_to_owner", "copy_to_ghosts")),
-    ("motion of the nodes", dynamics_module, ("kick", "drift", "apply_contact")),
+    ("motion of the nodes", dynamics_module, ("kick", "drift")),
+    ("motion of the nodes", contact_module, ("apply_contact",)),
     ("all else", Dynamics, ("step",)),
     ("all else", Run, ("_step",)),
-    ("rigid groups, springs, dampers", dynamics_module, ("group_reactions", "impose_velocity")),
+    ("rigid groups, springs, dampers", supports_module, ("group_reactions", "impose_velocity")),
     ("projections", contact_kernels, ("predict",)),
 )
 

@@ -180,11 +180,12 @@ def contact_cost(across: int, effort: Effort) -> ContactCost:
     settings = ContactSettings(1e15, friction=0.3, refresh=refresh)
     contact = Contact(structure, rail_surface, wheel_surface, settings, speed=30.0, spin=70.0, axle=(0.0, 0.0, 0.42))
     contact.search(1e-7)
+    message = np.empty(contact.size)
 
     def forces():
         contact.steps_to_search = refresh
-        contact.pack(1e-7)
-        contact.add_forces(1e-7)
+        contact.pack(1e-7, message)
+        contact.add_forces(1e-7, message)
 
     seconds = least_time(forces, effort)
     pairs = sum(len(pairs.slaves) for pairs in contact.pairs)

@@ -46,8 +46,8 @@ class MirroredContact(Contact):
         super().__init__(structure, rail, wheel, settings)
         self.held = self._gather_all(np.where(held, 1.0, 0.0)) > 0.5
 
-    def add_forces(self, dt: float) -> None:
-        super().add_forces(dt)
+    def add_forces(self, dt: float, summed: np.ndarray) -> None:
+        super().add_forces(dt, summed)
         self.force[self.held] = 0.0
 
 

@@ -72,9 +72,7 @@ def rolling(comm, ahead: float | None = None, behind: float | None = None, sign:
     window = None
     if slabs is not None:
         extent = Extent(start, sign, ahead, behind)
-        facets = contact.reference[block.quads].mean(axis=1)[:, 0]
-        region = np.zeros(len(facets), np.int64)
-        window = TravellingWindow(structure, slabs, extent, base, region, slabs.of_cells(facets, region))
+        window = TravellingWindow(structure, slabs, extent, base, contact, np.zeros(len(block.quads), np.int64))
     damper = Link("settling", plate, None, 0.0, 4e3)
     ground = Link("ground", base, None, 2e7, 1e3)
     dynamics = Dynamics(structure, Supports([base, plate], [damper, ground]), contact, window=window)

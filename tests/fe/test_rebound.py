@@ -124,7 +124,7 @@ def test_friction_that_holds_does_no_work():
     along = 0.5 * momentum(dynamics.structure)[0][0] * 0.2
     fly(dynamics, 1e-6 + TRANSIT)
     assert dynamics.contact.force.any() and dynamics.contact.sticking.all()
-    assert 0 <= dynamics.friction_work < 0.05 * along
+    assert 0 <= dynamics.contact.friction_work < 0.05 * along
 
 
 def test_a_sliding_block_is_braked_by_friction_times_the_load_and_loses_that_times_its_way():
@@ -136,7 +136,7 @@ def test_a_sliding_block_is_braked_by_friction_times_the_load_and_loses_that_tim
     change = momentum(dynamics.structure)[0] - before
     assert change[2] > 0
     assert change[0] == pytest.approx(-0.3 * change[2], rel=1e-3)
-    assert dynamics.friction_work == pytest.approx(-change[0] * 20.0, rel=0.05)
+    assert dynamics.contact.friction_work == pytest.approx(-change[0] * 20.0, rel=0.05)
 
 
 def test_contact_keeps_the_momentum_of_two_free_bodies():

@@ -15,7 +15,6 @@ from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.checkpoint import _block_works, _restore_block_works
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.pairs import Pairs
-from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import build_passage
 from rail_fem.fe.recorder import Recorder
@@ -176,7 +175,7 @@ FORGOTTEN = [
     (RigidGroup, "load"),
     (RigidGroup, "reaction"),
     (Link, "damping"),
-    (Dynamics, "contact_normal"),
+    (Contact, "rotation"),
     (Contact, "sums"),
     (Pairs, "pressure"),
     (Recorder, "total"),

@@ -23,9 +23,22 @@ from rail_fem.fe.contact.near_facets import (
     share_space,
     with_neighbours,
 )
-from rail_fem.fe.contact.pairs import AXLE_MOMENT, N_SUMS, Law, NodalForces, Nodes, Pairs, Sliding
+from rail_fem.fe.contact.pairs import (
+    AXLE_MOMENT,
+    FRICTION_WORK,
+    N_SUMS,
+    NORMAL_ENERGY,
+    TOWED,
+    Law,
+    NodalForces,
+    Nodes,
+    Pairs,
+    Sliding,
+)
 from rail_fem.fe.contact.projection import PROJECTION, project_share, take_projections
 from rail_fem.fe.contact.surface import Surface, edge_neighbours, node_normals, tributary_areas
+from rail_fem.fe.dynamics_part import DynamicsPart
+from rail_fem.fe.node_kernels import apply_contact
 from rail_fem.fe.structure import Structure
 
 OPPOSED = -0.3  # cosine between the normals of a node and of a facet that it can lie in
@@ -52,7 +65,7 @@ class ContactSettings:
     deepest: float = 1e-3
 
 
-class Contact:
+class Contact(DynamicsPart):
     """Contact of surface `rail` (Lagrangian nodes, carry friction) and surface `wheel`, whose mesh moves along x at
     `speed` and whose material flows through it at angular velocity `spin` about the y axis through `axle` (reference
     coordinates) [rad/s].
@@ -81,8 +94,12 @@ class Contact:
         "tributary_area",
         "pressure_at",
         "sums",
+        "friction_work",
+        "motion_work",
+        "rotation",
     )
-    SCRATCH = ("buffer", "rows", "velocity", "sticking", "moved", "drag", "slot")
+    SUMMED = ("work",)
+    SCRATCH = ("rows", "velocity", "sticking", "moved", "drag", "slot")
 
     def __init__(
         self,
@@ -126,7 +143,9 @@ class Contact:
         self.pressure_at, self.slot = np.zeros(n), np.full(n, -1, np.int64)
         self.sums = np.zeros(N_SUMS)
         self.steps_to_search, self.started = 0, False
-        self.guests = 0
+        # on the bodies, of the nodes of this rank; of friction and of what tows and drives the wheel; what a free
+        # wheel's rotation has gained since the start [J]
+        self.work, self.friction_work, self.motion_work, self.rotation = 0.0, 0.0, 0.0, 0.0
         self.pairs = [
             self._pairs(side, np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2))) for side in (0, 1)
         ]
@@ -283,7 +302,7 @@ class Contact:
         # watched nodes of this rank: local number, position in the surface arrays
         self.own_local, self.own_at = self.local[mine], self.here[mine]
         self.own_slot = slot[self.own_at]
-        self.buffer = np.zeros((len(self.watched) + self.guests, 6))
+        self.size = 6 * len(self.watched)
         k = len(self.pairs[0].slaves)
         self.rows = np.zeros((k + len(self.pairs[1].slaves), PROJECTION))
         self.sticking, self.moved, self.drag = np.zeros(k, np.bool_), np.zeros((k, 3)), np.zeros((k, 3))
@@ -292,29 +311,54 @@ class Contact:
         """What follows from the pairs. Replicated."""
         self._prepare()
 
-    def take_guests(self, rows: int) -> None:
-        """From now on `buffer` ends with so many rows of 6 numbers, for what the caller sums over the ranks with it."""
-        self.guests = rows
-        self._prepare()
-
-    def pack(self, dt: float) -> np.ndarray:
-        """A search where one is due; then the buffer that is to be summed over the ranks before `add_forces`: watched
-        nodes of this rank at `structure.x` and, by `structure.v` (velocity without contact), dt [s] later; 0 for all
-        other nodes and in the guests' rows. Collective."""
+    def ready(self, dt: float) -> None:
+        """A search where one is due."""
         if self.steps_to_search <= 0:
             self.search(dt)
         self.steps_to_search -= 1
-        kernel.pack(self.structure.x, self.structure.v, dt, self.own_local, self.own_slot, self.buffer)
-        return self.buffer
 
-    def add_forces(self, dt: float) -> None:
-        """Contact forces of the step for which the buffer was packed -> `force`. Collective."""
+    def pack(self, dt: float, mine: np.ndarray) -> None:
+        """Watched nodes of this rank at `structure.x` and, by `structure.v` (velocity without contact), dt [s] later; 0
+        for all others."""
+        kernel.pack(self.structure.x, self.structure.v, dt, self.own_local, self.own_slot, mine.reshape(-1, 6))
+
+    def kick(self, dt: float, summed: np.ndarray) -> None:
+        """Forces of the step onto velocities, and their works."""
+        self.add_forces(dt, summed)
+        s = self.structure
+        self.work += apply_contact(
+            s.v, s.force, self.force, self.inverse_mass, self.own_local, self.own_at, s.on_small, dt, s.works
+        )
+        self.friction_work += self.sums[FRICTION_WORK]
+        self.motion_work += dt * self.speed * self.sums[TOWED]
+        turning = self.turn(dt)
+        if self.inertia is None:
+            self.motion_work += turning
+        else:
+            self.rotation += turning
+
+    def drift(self, dt: float) -> None:
+        self.offset += dt * self.speed
+
+    def energies(self) -> dict[str, float]:
+        return {
+            "contact_penalty": self.sums[NORMAL_ENERGY],
+            "friction": self.friction_work,
+            "prescribed_motion": self.motion_work,
+            "rotation": self.rotation,
+        }
+
+    def shares(self) -> tuple[float, float]:
+        return 0.0, self.work
+
+    def add_forces(self, dt: float, summed: np.ndarray) -> None:
+        """Contact forces of the step from what `pack` gave, summed over the ranks -> `force`. Collective."""
         if not len(self.watched):
             self.sums[:] = 0.0
             return
         travel, ranks = dt * self.speed, (self.comm.rank, self.comm.size)
         kernel.predict(
-            *(self.buffer, self.watched, self.n_rail, self.offset, travel, self.before, self.position),
+            *(summed.reshape(-1, 6), self.watched, self.n_rail, self.offset, travel, self.before, self.position),
             *(*self.pairs, *ranks, self.rows),
         )
         if self.comm.size > 1:
