@@ -128,7 +128,7 @@ class Track:
     gauge : distance of the gauge points, which lie on the gauge faces gauge_point below the crowns
     cant : of the track plane, + when the left rail is the higher one [rad]; track axes lie in that plane, so that
         positions do not depend on
-        it and weight does: `level`, and rest_under of rail_fem.light.load_sharing
+        it and weight does: `level`, and rest_under of rail_fem.contact.load_sharing
     left_position, right_position : the 3 degrees of freedom of each rail
     left_check, right_check : check rails; a flange back stops there (geometry.contact.flange_back)
     """

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from rail_fem.case.examples import example
     from rail_fem.export.entry import export_dolfinx
     from rail_fem.hierarchy import MODELS, solve
-    from rail_fem.output.result import PassResult, Peak
-    from rail_fem.output.result import load as load_result
+    from rail_fem.result.result import PassResult, Peak
+    from rail_fem.result.result import load as load_result
     from rail_fem.scene.scene import Scene
     from rail_fem.show.force import force_figure as plot_force
     from rail_fem.sweeps.parameter_figure import parameter_figure as plot_sweep
@@ -49,9 +49,9 @@ _HOMES = {
     "export_dolfinx": "rail_fem.export.entry",
     "MODELS": "rail_fem.hierarchy",
     "solve": "rail_fem.hierarchy",
-    "PassResult": "rail_fem.output.result",
-    "Peak": "rail_fem.output.result",
-    "load_result": "rail_fem.output.result:load",
+    "PassResult": "rail_fem.result.result",
+    "Peak": "rail_fem.result.result",
+    "load_result": "rail_fem.result.result:load",
     "Scene": "rail_fem.scene.scene",
     "SweepResults": "rail_fem.sweeps.results",
     "load_sweep": "rail_fem.sweeps.results",
@@ -62,7 +62,7 @@ _HOMES = {
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from rail_fem.output.versions import own_version
+        from rail_fem.result.versions import own_version
 
         return own_version()
     if name not in _HOMES:

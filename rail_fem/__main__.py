@@ -4,7 +4,7 @@ sentence."""
 import os
 import sys
 
-from rail_fem import stopping
+from rail_fem.processes import stopping
 from rail_fem.run.installation import REMEDY, explain, numpy_mismatch
 
 

@@ -62,7 +62,7 @@ app.command("doctor", short_help="Whether this installation works")(doctor)
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from rail_fem.output.versions import own_version
+        from rail_fem.result.versions import own_version
 
         typer.echo(f"rail-fem {own_version()}")
         raise typer.Exit

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from rail_fem.output.versions import HOW_TO_GET
+from rail_fem.result.versions import HOW_TO_GET
 from rail_fem.scene.input_errors import suggest
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings, FeWindowSettings
@@ -25,8 +25,8 @@ from rail_fem.settings.light import (
 )
 
 if TYPE_CHECKING:
-    from rail_fem.output.progress import Progress
-    from rail_fem.output.result import PassResult
+    from rail_fem.processes.progress import Progress
+    from rail_fem.result.result import PassResult
 
 
 OWN_PACKAGES = ("rail_fem", "bem", "geometry")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem.launcher import mpi_command, rank_environment
+from rail_fem.processes.launcher import mpi_command, rank_environment
 
 ROOT = Path(__file__).resolve().parents[1]
 HANGS = 300  # a process that takes so long [s] hangs; nothing is judged by it

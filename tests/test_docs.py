@@ -16,7 +16,7 @@ from typer.main import get_command
 from rail_fem.case.keys import section_keys
 from rail_fem.cli import app
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.result import Cost, PassResult, PatchSummary, Peak
+from rail_fem.result.result import Cost, PassResult, PatchSummary, Peak
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings
 from tests.commands import call

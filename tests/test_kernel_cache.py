@@ -122,8 +122,8 @@ def test_imports_are_found_in_every_form_that_the_sources_use():
     for module in (
         "geometry.contact.gap_kernel",
         "bem.slices.prism_kernel",
-        "rail_fem.light.load_kernel",
-        "rail_fem.light.wheelset_dynamics",
+        "rail_fem.contact.load_kernel",
+        "rail_fem.passes.wheelset_dynamics",
     ):
         code = (
             f"import sys, {module}; print(*[m.__file__ for n, m in sys.modules.items() if n.partition('.')[0] in"

@@ -10,7 +10,7 @@ MOST = 4
 VECTORS = {
     "rail_fem/fe/trilinear.py": {"scalar_modes", "vector_modes"},
     "rail_fem/fe/finite_strain.py": {"rotate_stress", "add_elastic"},
-    "rail_fem/light/patch_methods.py": {"_numbers"},
+    "rail_fem/contact/patch_methods.py": {"_numbers"},
 }
 
 

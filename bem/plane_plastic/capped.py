@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from bem.plane_plastic.section import flat, unflat
-from bem.plastic.hardening import YieldLaw
-from bem.plastic.return_map import PlasticState, advanced, radial_return
+from bem.steel.hardening import YieldLaw
+from bem.steel.return_map import PlasticState, advanced, radial_return
 
 
 def capped_return(

@@ -4,7 +4,7 @@ Unknown is the increment d of plastic stress 2 G e^p in the cells that take part
     s(d) = load(P + d) + A (P + d) - P,        R(d) = d - 2 G return(s(d)),
 with P the plastic stress so far, A the body's influence, and `load` what external forces do; it depends on the plastic
 stress where contact does. Newton's step solves (I - M (A + load')) step = -R with M the consistent tangent of the
-return map (bem.plastic.return_map). Where nothing flows M is zero and the step is known, so only flowing cells are
+return map (bem.steel.return_map). Where nothing flows M is zero and the step is known, so only flowing cells are
 unknowns.
 """
 
@@ -19,7 +19,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from bem.plane_plastic.section import PlasticSection, flat, unflat
 from bem.plastic.increment import NoEquilibriumError
-from bem.plastic.return_map import Returned, radial_return
+from bem.steel.return_map import Returned, radial_return
 
 MOST_NEWTON = 30
 COLLAPSED = 0.05  # plastic strain at which a load counts as not carried

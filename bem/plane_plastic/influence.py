@@ -1,6 +1,6 @@
 """What initial stress in cells does to a body, and what its boundary layers do to the cells: matrices.
 
-In each cell plastic stress 2 G e^p is a deviator of three numbers (bem.plastic.deviator, without yz and xz); so is
+In each cell plastic stress 2 G e^p is a deviator of three numbers (bem.steel.deviator, without yz and xz); so is
 2 G times the deviator of total strain. Strains are means over the cell: closed forms for cells near by, 2 x 2 Gauss
 points from farther off. (With the strain at the middle, patterns that alternate from cell to cell would have a negative
 energy.)
@@ -18,7 +18,7 @@ from bem.plane.kelvin import displacement_integrals, resultant_integrals
 from bem.plane.mesh import BoundaryMesh
 from bem.plane_plastic.cells import Cells, boundary_edges
 from bem.plane_plastic.kernels import hat_stress_integrals, near_strain
-from bem.plastic.deviator import FROM_DEVIATOR, TO_DEVIATOR
+from bem.steel.deviator import FROM_DEVIATOR, TO_DEVIATOR
 
 _NEAR = 4.0  # sizes of both cells within which means are exact
 _BLOCK = 4_000_000  # pairs of point and edge at a time

@@ -10,9 +10,9 @@ import numpy as np
 
 from bem.plane_plastic.increment import Increment, solve_increment
 from bem.plane_plastic.section import PlasticSection, flat
-from bem.plastic.hardening import nearly_incompressible
 from bem.plastic.increment import NoEquilibriumError
-from bem.plastic.return_map import advanced
+from bem.steel.hardening import nearly_incompressible
+from bem.steel.return_map import advanced
 
 _NEARLY = 0.98  # of the yield stress from which a cell takes part
 _HALVINGS = 7  # of a load step that has no equilibrium

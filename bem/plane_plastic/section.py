@@ -23,8 +23,8 @@ from bem.plane_plastic.influence import (
     strain_by_layers,
     strain_of_stress,
 )
-from bem.plastic.hardening import YieldLaw
-from bem.plastic.return_map import PlasticState
+from bem.steel.hardening import YieldLaw
+from bem.steel.return_map import PlasticState
 
 
 def memory_need(cells: int, densities: int) -> float:
@@ -34,7 +34,7 @@ def memory_need(cells: int, densities: int) -> float:
 
 
 def flat(field: np.ndarray) -> np.ndarray:
-    """(3 k,) vector, component by component, of a field (k, 3, 1, 1) of bem.plastic.return_map."""
+    """(3 k,) vector, component by component, of a field (k, 3, 1, 1) of bem.steel.return_map."""
     return field[:, :, 0, 0].T.ravel()
 
 

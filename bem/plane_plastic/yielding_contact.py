@@ -24,8 +24,8 @@ from bem.plane_plastic.increment import Increment, Tangent
 from bem.plane_plastic.influence import OF_STRAIN, strain_of_stress
 from bem.plane_plastic.loading import Step, accepted, reach, section_stress
 from bem.plane_plastic.section import PlasticSection
-from bem.plastic.hardening import YieldLaw
 from bem.plastic.increment import NoEquilibriumError
+from bem.steel.hardening import YieldLaw
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ import numpy as np
 
 from bem.material import Elastic
 from bem.patch import ContactInputError, Grid
-from bem.plastic.deviator import equivalent_stress
-from bem.plastic.hardening import YieldLaw
 from bem.plastic.increment import solve_increment
 from bem.plastic.influence import Cells, StressInfluence
-from bem.plastic.return_map import PlasticState, Returned, advanced
 from bem.plastic.surface import SurfaceDisplacement
+from bem.steel.deviator import equivalent_stress
+from bem.steel.hardening import YieldLaw
+from bem.steel.return_map import PlasticState, Returned, advanced
 
 MARGIN = 2  # cells about the zone that yields, at least
 _SHARE = 6  # or this part of its width: a larger box costs less than another kernel

@@ -20,12 +20,12 @@ from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_press
 from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, Grid, Patch
 from bem.plastic.body import PlasticBody, Trial
-from bem.plastic.deviator import equivalent_stress, stress_of
-from bem.plastic.hardening import YieldLaw, nearly_incompressible
 from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.mixing import Mixing
-from bem.plastic.return_map import PlasticState
 from bem.plastic.surface import LoadStress
+from bem.steel.deviator import equivalent_stress, stress_of
+from bem.steel.hardening import YieldLaw, nearly_incompressible
+from bem.steel.return_map import PlasticState
 
 _MOST_TURNS = 60
 _INNER = 0.1  # accuracy of the plastic strain over the surface's present change

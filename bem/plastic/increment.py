@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.plastic.hardening import YieldLaw
 from bem.plastic.influence import StressInfluence
-from bem.plastic.return_map import PlasticState, Returned, radial_return
+from bem.steel.hardening import YieldLaw
+from bem.steel.return_map import PlasticState, Returned, radial_return
 
 _MOST_NEWTON = 40
 _MOST_GRADIENTS = 60

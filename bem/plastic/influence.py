@@ -20,8 +20,8 @@ from bem.material import Elastic
 from bem.patch import ContactInputError
 from bem.plastic.corners import COUNT, MONOMIALS, corner_planes
 from bem.plastic.cuboid import coefficient_tables, facing_layers
-from bem.plastic.deviator import FROM_DEVIATOR, MEAN, ODD_X, ODD_Y, TO_DEVIATOR
 from bem.plastic.symbols import PAIRS, depth_parity
+from bem.steel.deviator import FROM_DEVIATOR, MEAN, ODD_X, ODD_Y, TO_DEVIATOR
 from kernel_cache import njit
 
 MOST_MEMORY = 4e9  # of a kernel [B]

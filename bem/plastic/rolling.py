@@ -19,8 +19,8 @@ from bem.patch import ContactInputError, Grid
 from bem.plastic.body import Box, PlasticBody, Trial
 from bem.plastic.contact import Agreed, PlasticHalfSpace
 from bem.plastic.influence import MOST_MEMORY, Cells
-from bem.plastic.return_map import PlasticState
 from bem.plastic.surface import SurfaceDisplacement
+from bem.steel.return_map import PlasticState
 
 
 class PlasticTrack:

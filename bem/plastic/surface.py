@@ -11,8 +11,8 @@ from bem.material import Elastic
 from bem.patch import Grid
 from bem.plastic.corners import corner_planes
 from bem.plastic.cuboid import coefficient_tables
-from bem.plastic.deviator import FROM_DEVIATOR, MEAN, TO_DEVIATOR
 from bem.plastic.symbols import depth_parity
+from bem.steel.deviator import FROM_DEVIATOR, MEAN, TO_DEVIATOR
 
 
 def _offsets(count: int, side: float) -> np.ndarray:

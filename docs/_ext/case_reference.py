@@ -15,8 +15,8 @@ from typer.main import get_command
 
 from rail_fem.case.keys import section_keys
 from rail_fem.cli import app as terminal
-from rail_fem.output.history import COLUMNS
-from rail_fem.output.markdown import markdown_table
+from rail_fem.files.markdown import markdown_table
+from rail_fem.result.history import COLUMNS
 
 
 class MarkdownTable(SphinxDirective):

@@ -11,7 +11,7 @@ import io
 from pathlib import Path
 
 import rail_fem
-from rail_fem.output.runfolder import digest, fingerprint
+from rail_fem.result.runfolder import digest, fingerprint
 from rail_fem.run.job import run_case
 
 RUNS = Path(__file__).resolve().parents[1] / "_build" / "runs"

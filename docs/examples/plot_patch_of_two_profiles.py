@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import bem
-from rail_fem.light.contact_pairs import plain_rail_pair
+from rail_fem.contact.contact_pairs import plain_rail_pair
 
 # %%
 # The pair: the wheel lowered onto the rail, seen from the point where it first touches.

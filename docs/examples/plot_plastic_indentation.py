@@ -11,8 +11,8 @@ import numpy as np
 
 import bem
 from bem.plastic.contact import PlasticHalfSpace
-from bem.plastic.deviator import MEAN
-from bem.plastic.hardening import Hardening
+from bem.steel.deviator import MEAN
+from bem.steel.hardening import Hardening
 
 RADIUS, LOAD = 0.1, 12e3  # m, N
 hertz = bem.point_contact(LOAD, RADIUS, RADIUS, bem.contact_modulus(bem.STEEL, bem.STEEL))

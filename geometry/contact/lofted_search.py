@@ -5,8 +5,8 @@ sections.
     left=RailSurface.of_crossing(CastCrossing(9.25)))
     state = search.at(0.25).settle(lateral=2e-3, yaw=0.005)     # x of the axle's middle; both wheels just touch
     search.contacts(state, "left", reach=50e-6)                 # Contacts: all points of wing and nose within 50 um
-    rail_fem.light.load_sharing.static_equilibrium(search.at(0.25), (60e3, 60e3))   # under its loads: all forces
-    rail_fem.light.load_sharing.side_held(search, state, "left")                    # forces at any given state
+    rail_fem.contact.load_sharing.static_equilibrium(search.at(0.25), (60e3, 60e3))   # under its loads: all forces
+    rail_fem.contact.load_sharing.side_held(search, state, "left")                    # forces at any given state
 
 A side without a surface is the track's plain rail. Surfaces have the axes of geometry.axes (gauge face at y = -35 mm, +
 to the field side) whichever side they lie on; running towards -x (trailing) is the same position of the wheelset, so

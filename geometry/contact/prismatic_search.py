@@ -68,7 +68,7 @@ class Contacts:
     derailed : the wheel stands on the tip of its flange (the lowest point lies less than FLANGE_TOP above it)
 
     Where pressure has its mean, which may be millimetres away: LoadedSide.centre_of_pressure of
-    rail_fem.light.load_sharing.
+    rail_fem.contact.load_sharing.
     """
 
     side: str

@@ -14,9 +14,9 @@ from rail_fem.case.casefile import Case, CaseError, load_case
 from rail_fem.case.template import written
 from rail_fem.case.variations import as_setting, field_of, folder_name, short_keys, value_of
 from rail_fem.case.warnings import case_warnings
+from rail_fem.contact.rigid import with_window
 from rail_fem.hierarchy import MODELS, solve
-from rail_fem.light.rigid import with_window
-from rail_fem.output.result import PassResult
+from rail_fem.result.result import PassResult
 from rail_fem.run.form import form
 from rail_fem.scene.crossing import FAMILY_KEYS
 from rail_fem.scene.input_errors import meaning, plain, quantity_of, suggest

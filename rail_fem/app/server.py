@@ -20,10 +20,10 @@ from typing import Any
 
 from rail_fem.app.controls import SHOWN, changed, form_of, seen
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.files.strict_json import dumps
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.progress import duration, read_status
-from rail_fem.output.strict_json import dumps
-from rail_fem.pool import executor
+from rail_fem.processes.pool import executor
+from rail_fem.processes.progress import duration, read_status
 from rail_fem.scene.units import typed
 from rail_fem.show.page import PAGE, Part, document, heading, remark, text, write_page
 from rail_fem.sweeps.sweep import FAILED, Job, Outcome, run_job

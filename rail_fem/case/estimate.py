@@ -5,9 +5,9 @@ import resource
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from rail_fem.light.kept_meshes import are_kept
-from rail_fem.light.mass_scaling import CUBE, GAIN, SHARE, quasi_static_factor, quasi_static_step
-from rail_fem.light.rigid import meshed_stretch
+from rail_fem.contact.rigid import meshed_stretch
+from rail_fem.fe.plan.kept_meshes import are_kept
+from rail_fem.fe.plan.mass_scaling import CUBE, GAIN, SHARE, quasi_static_factor, quasi_static_step
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.explicit import TWIN_COST, FeSettings

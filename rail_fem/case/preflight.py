@@ -7,7 +7,7 @@ import numpy as np
 
 from geometry.surfaces.crossing import CrossingError
 from rail_fem.case.casefile import late_approach
-from rail_fem.light.rigid import rigid_path, window_errors, with_window
+from rail_fem.contact.rigid import rigid_path, window_errors, with_window
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.settings.light import BemPlasticSettings, PassSettings, unfit_parts
@@ -28,8 +28,8 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
         return []
     from rail_fem.case.estimate import impossible
     from rail_fem.case.travelling_window import length_errors
-    from rail_fem.light.fine_zone import mesh_errors
-    from rail_fem.output.error_bars import why_not_calibrated
+    from rail_fem.fe.plan.fine_zone import mesh_errors
+    from rail_fem.result.error_bars import why_not_calibrated
 
     try:
         settings = with_window(scene, asked)
@@ -74,7 +74,7 @@ def _path_errors(scene: Scene, settings: PassSettings, model: str) -> list[str]:
 def _start_errors(scene: Scene, settings: Any, model: str) -> list[str]:
     if scene.diverging is None:
         return []
-    from rail_fem.light.lateral_start import start_errors
+    from rail_fem.passes.lateral_start import start_errors
 
     return [f"run.{model}: {error}" for error in start_errors(scene, settings)]
 
@@ -82,7 +82,7 @@ def _start_errors(scene: Scene, settings: Any, model: str) -> list[str]:
 def own_mesh_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
     """Why a mesh from a file cannot be run."""
     from geometry.meshing.hexmesh import MeshError
-    from rail_fem.light.own_mesh import own_mesh
+    from rail_fem.fe.plan.own_mesh import own_mesh
 
     try:
         own_mesh(scene, settings)

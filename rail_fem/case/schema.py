@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from rail_fem.atomic import write_text_atomically
+from rail_fem.files.atomic import write_text_atomically
 from rail_fem.hierarchy import MODELS
 from rail_fem.scene.input_errors import meaning, quantity_of, table_of
 from rail_fem.scene.scene import Material, Scene

@@ -3,8 +3,8 @@
 import numpy as np
 
 from rail_fem.case.warnings import static_patch
-from rail_fem.light.fine_zone import NEAR
-from rail_fem.light.rigid import window_path
+from rail_fem.contact.rigid import window_path
+from rail_fem.fe.plan.fine_zone import NEAR
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import SLAB_ELEMENTS, FeSettings
 

@@ -2,8 +2,8 @@
 result and trust report repeats it."""
 
 from geometry.surfaces.bodies import REGIONS
-from rail_fem.light.mass_scaling import static_patch
-from rail_fem.light.rigid import settling_distance, window_warnings
+from rail_fem.contact.rigid import settling_distance, window_warnings
+from rail_fem.fe.plan.mass_scaling import static_patch
 from rail_fem.scene.crossing import CAST, JOINT
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.steel import FROM_MEMORY
@@ -24,7 +24,7 @@ SURROGATES = {
 
 def case_warnings(scene: Scene, settings: Frozen) -> list[str]:
     """All warnings about a case run by one model. settings : of the model, with start and end. Errors: as
-    rail_fem.light.rigid.window_path."""
+    rail_fem.contact.rigid.window_path."""
     warnings = scene_warnings(scene) + _off_the_sections(scene, settings)
     if isinstance(settings, BemPlasticSettings) and scene.crossing.family != JOINT:
         warnings.append(

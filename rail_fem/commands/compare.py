@@ -23,7 +23,7 @@ def compare(
 ) -> None:
     """Cost against error of several models of one scene."""
     from rail_fem.damage.side_by_side import is_begun
-    from rail_fem.output.quantities import two_now
+    from rail_fem.result.quantities import two_now
     from rail_fem.show.style import lettering, save
     from rail_fem.sweeps import compare as side_by_side
     from rail_fem.sweeps.compare_facts import comparison_facts

@@ -22,7 +22,7 @@ def damage(
     """Wear, profile change, rolling contact fatigue and years to a limit under many passes: figures, numbers, one
     page. A study that was stopped goes on with --restart."""
     from rail_fem.damage.study import passes_of, run_study
-    from rail_fem.pool import Lost, Workers
+    from rail_fem.processes.pool import Lost, Workers
 
     try:
         count = None if passes is None else passes_of(passes)

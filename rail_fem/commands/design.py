@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rail_fem import launcher
 from rail_fem.commands.ending import RUN_FAILED, say, stop, tell
 from rail_fem.commands.options import PoolOption, SetOption
+from rail_fem.processes import launcher
 
 if TYPE_CHECKING:
     from rail_fem.design.problem import Problem
-    from rail_fem.pool import Workers
+    from rail_fem.processes.pool import Workers
 
 
 def design(
@@ -71,7 +71,7 @@ def design(
     from rail_fem.design.rounds import search_and_prove
     from rail_fem.design.search import search, trials_of
     from rail_fem.design.search_report import write_report
-    from rail_fem.pool import Lost, PoolError, Workers
+    from rail_fem.processes.pool import Lost, PoolError, Workers
 
     if launcher.rank_count() > 1:
         stop("design starts mpirun itself, run by run: leave mpirun out and give --ranks")

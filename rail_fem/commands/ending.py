@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 import typer
 
-from rail_fem import launcher
+from rail_fem.processes import launcher
 
 DONE, RUN_FAILED, REFUSED = 0, 1, 2
 EXIT_CODES = {
@@ -73,7 +73,7 @@ def explain(text: str) -> None:
 
 def emit(answer: Mapping[str, Any]) -> None:
     """The answer as one JSON object, where it is asked for: strict, null for what is not known."""
-    from rail_fem.output.strict_json import dumps
+    from rail_fem.files.strict_json import dumps
 
     if launcher.rank() == 0 and MANNER.as_json:
         typer.echo(dumps(answer))

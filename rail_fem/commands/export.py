@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from rail_fem import launcher
 from rail_fem.commands.ending import say, stop
 from rail_fem.commands.options import CaseArgument, SetOption, loaded_case, not_a_runs
+from rail_fem.processes import launcher
 
 
 def export(
@@ -27,7 +27,7 @@ def export(
     """Mesh, bodies and surfaces as tags, displacement, stress and plastic strain of a run, for other programs."""
     from rail_fem.export.files import BY_DOLFINX, ExportError, write_by_meshio
     from rail_fem.export.tagged import read_tagged
-    from rail_fem.output.fields import FieldsError
+    from rail_fem.result.fields import FieldsError
 
     try:
         if to.suffix in BY_DOLFINX:

@@ -30,8 +30,8 @@ def measured(
     from rail_fem.measurement.record import of_result, read_record
     from rail_fem.measurement.report import record_figure, score_table
     from rail_fem.measurement.score import align, score
-    from rail_fem.output.low_pass import CUTOFFS
-    from rail_fem.output.result import load
+    from rail_fem.result.low_pass import CUTOFFS
+    from rail_fem.result.result import load
     from rail_fem.scene.units import parse
     from rail_fem.show.style import lettering, save, scene_words
 
@@ -56,10 +56,10 @@ def low_pass(
     cutoff: Annotated[str, typer.Option("--cutoff", help='cut-off, e.g. "20 Hz"')] = "20 Hz",
 ) -> None:
     """Write a run's history with forces and heights low-passed, as P2 is quoted at 20 Hz; the run stays as it is."""
-    from rail_fem.atomic import write_text_atomically
-    from rail_fem.output.history import shown_table
-    from rail_fem.output.low_pass import filtered_peak, low_passed
-    from rail_fem.output.result import load
+    from rail_fem.files.atomic import write_text_atomically
+    from rail_fem.result.history import shown_table
+    from rail_fem.result.low_pass import filtered_peak, low_passed
+    from rail_fem.result.result import load
     from rail_fem.scene.units import engineering, parse
 
     try:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rail_fem import launcher
 from rail_fem.commands.ending import choose_json, stop, tell
+from rail_fem.processes import launcher
 from rail_fem.scene.input_errors import suggest
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ JsonOption = Annotated[
 
 def not_a_runs(path: Path | None) -> Path | None:
     """Callback of files that a command writes: refuses a run's own in its folder, which would be lost."""
-    from rail_fem.output.runfolder import MARK, OWN
+    from rail_fem.result.runfolder import MARK, OWN
 
     if path is not None:
         folder, name = os.path.split(os.path.realpath(path))

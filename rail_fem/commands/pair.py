@@ -19,10 +19,10 @@ from geometry.profiles.rail import ALSO_CALLED, HEADS, rail_head
 from geometry.profiles.reading import read_profile
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from geometry.wheelset import SIDES, Track, Wheelset
-from rail_fem.atomic import write_text_atomically
 from rail_fem.commands.ending import stop, warn
-from rail_fem.light.contact_pairs import bring_together, plain_rail
-from rail_fem.light.load_sharing import LoadedSide, side_held, wheel_equilibrium
+from rail_fem.contact.contact_pairs import bring_together, plain_rail
+from rail_fem.contact.load_sharing import LoadedSide, side_held, wheel_equilibrium
+from rail_fem.files.atomic import write_text_atomically
 from rail_fem.scene.series import read_series
 from rail_fem.scene.units import QuantityError, parse
 

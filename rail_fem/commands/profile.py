@@ -52,7 +52,7 @@ def profile(
     from geometry.profiles.figure import draw_diagnosis
     from geometry.profiles.formats.by_suffix import write_profile
     from geometry.profiles.formats.units import UNITS, metres_of
-    from rail_fem.atomic import write_atomically
+    from rail_fem.files.atomic import write_atomically
 
     if unit is not None and unit not in UNITS:
         stop(f"--unit {unit}: known are {', '.join(UNITS)}")

@@ -65,8 +65,8 @@ def run(
 ) -> None:
     """Run a case; with mpirun in front, on several ranks. The folder must be empty, or see --restart and
     --overwrite."""
-    from rail_fem.output.runfolder import digest, fingerprint
-    from rail_fem.output.versions import versions
+    from rail_fem.result.runfolder import digest, fingerprint
+    from rail_fem.result.versions import versions
     from rail_fem.run.job import JobError, run_case
 
     loaded, name = read_case(case, model, settings)
@@ -88,7 +88,7 @@ def run(
 def _saved(out: Path, fault: str) -> dict:
     """The result that lies in the folder; the fault alone where none does."""
     from rail_fem.commands.ending import MANNER
-    from rail_fem.output.result import load
+    from rail_fem.result.result import load
 
     if not MANNER.as_json:
         return {}

@@ -78,8 +78,8 @@ def _draw_figures(folder: Path, figures: Figures) -> None:
 
 def folder_facts(folder: Path) -> dict:
     """The result of a run, or how far it is, or the folders of runs below. Errors: as rail_fem.show.report."""
-    from rail_fem.output.progress import read_status
-    from rail_fem.output.result import load
+    from rail_fem.processes.progress import read_status
+    from rail_fem.result.result import load
 
     if (folder / "result.json").is_file():
         figures = sorted((folder / "figures").glob("*.png"))

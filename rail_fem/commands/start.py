@@ -85,9 +85,9 @@ def init(
 ) -> None:
     """Write a case file to begin with: every key with unit, range, default and meaning; what has a default is commented
     out. Beside it rail-fem.schema.json, by which editors complete keys."""
-    from rail_fem.atomic import write_text_atomically
     from rail_fem.case.schema import SCHEMA_FILE, write_schema
     from rail_fem.case.template import template
+    from rail_fem.files.atomic import write_text_atomically
     from rail_fem.hierarchy import MODELS
 
     unknown = [name for name in model if name not in MODELS]

@@ -8,10 +8,10 @@ from typing import Annotated
 
 import typer
 
-from rail_fem import launcher
-from rail_fem.atomic import write_text_atomically
 from rail_fem.commands.ending import MANNER, RUN_FAILED, aside, emit, say, stop, tell
 from rail_fem.commands.options import JsonOption, PoolOption, SetOption, by_model, not_a_runs
+from rail_fem.files.atomic import write_text_atomically
+from rail_fem.processes import launcher
 
 
 def sweep(
@@ -66,7 +66,7 @@ def sweep(
     """
     from rail_fem.case.variations import VariationError, read_settings, read_variation
     from rail_fem.hierarchy import MODELS
-    from rail_fem.pool import MPI, PoolError, Workers
+    from rail_fem.processes.pool import MPI, PoolError, Workers
     from rail_fem.scene.units import parse
     from rail_fem.sweeps.array import QUEUES, write_array, write_tasks
     from rail_fem.sweeps.rows import cases_of, is_rows, read_rows, to_prove, write_rows

@@ -99,7 +99,7 @@ def patch(
     found, values = patch_of(wheel, rail, load, shift, inclination, gauge, back_to_back, radius, cells)
     if figure is not None:
         from bem.halfspace.figures import patch_figure
-        from rail_fem.atomic import write_atomically
+        from rail_fem.files.atomic import write_atomically
 
         try:
             write_atomically(figure, lambda temporary: patch_figure(found, str(temporary)))

@@ -22,12 +22,12 @@ from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import Elastic
 from bem.patch import Patch
 from geometry.surfaces.bodies import BODIES
+from rail_fem.contact.contact_table import ContactTable, contact_table, patch_sizes
 from rail_fem.damage.deposit import Footprints, ReachedLines, deposit, deposit_reached
 from rail_fem.damage.rolling import no_more_slender
 from rail_fem.damage.strips import patch_centres, plane_creepages, strip_creepages
 from rail_fem.damage.wear import WearLaw, friction_work_of_cells, tgamma
-from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
-from rail_fem.output.result import PassResult
+from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 
 SPACING = 2e-3  # between the patches [m]

@@ -18,6 +18,7 @@ from bem.patch import Patch
 from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import BODIES, NO_METAL
 from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
+from rail_fem.contact.contact_table import ContactTable, fresh_table, table_key
 from rail_fem.damage.contact_facts import ContactFacts, facts_of
 from rail_fem.damage.crossing import PassContacts, PatchOptions, footprints, table_contacts, wear_field
 from rail_fem.damage.deposit import Footprints, deposit
@@ -29,11 +30,10 @@ from rail_fem.damage.reach import reach_of
 from rail_fem.damage.wear import WearLaw
 from rail_fem.damage.wheel_wear import circumference, wheel_lines, wheel_wear
 from rail_fem.damage.worn_surface import STEEPEST, WornSurface
-from rail_fem.light.contact_table import ContactTable, fresh_table, table_key
-from rail_fem.light.plastic_indentation import contacts_of
-from rail_fem.light.vertical_pass import LightPass, run_pass
-from rail_fem.output.events import transfer_position
-from rail_fem.pool import Pool, Workers
+from rail_fem.passes.plastic_indentation import contacts_of
+from rail_fem.passes.vertical_pass import LightPass, run_pass
+from rail_fem.processes.pool import Pool, Workers
+from rail_fem.result.events import transfer_position
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.scene.units import show
 from rail_fem.settings.damage import Deposit

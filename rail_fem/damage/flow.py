@@ -14,8 +14,8 @@ from scipy.interpolate import RegularGridInterpolator
 
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.groove import held_beyond
-from rail_fem.light.plastic_fields import ARCHIVE
-from rail_fem.output.result import load
+from rail_fem.passes.plastic_fields import ARCHIVE
+from rail_fem.result.result import load
 from rail_fem.scene.scene import Scene
 
 

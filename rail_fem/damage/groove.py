@@ -5,7 +5,7 @@ wheel until it conforms so well that p0 comes down to the limit; work-hardening 
 contact point, the rail has the wheel's shape over the half-width w = sqrt(2 R u), R the relative radius across.
 Together they then are the paraboloid of relative radius
 
-    R' = R (1 + u / d),   d the virtual penetration by which rail_fem.light.contact_table measures radii,
+    R' = R (1 + u / d),   d the virtual penetration by which rail_fem.contact.contact_table measures radii,
 
 so the pass over the changed surface finds what the law wants. What flows is strained by STRAIN w / R: its square grows
 in proportion to u, whatever the steps in which u grows, and k rises along the steel's curve. Depth and hardening are
@@ -26,7 +26,7 @@ import numpy as np
 from scipy import ndimage
 
 from geometry.surfaces.bodies import BODIES
-from rail_fem.light.contact_table import DEPTHS, VIRTUAL, hertz_constants, patch_sizes
+from rail_fem.contact.contact_table import DEPTHS, VIRTUAL, hertz_constants, patch_sizes
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.damage import FLOW_LIMIT, FLOW_SHARE
 

@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rail_fem.light.contact_table import ContactTable
-from rail_fem.light.vertical_dynamics import TRACK, WHEEL
-from rail_fem.light.vertical_pass import LightPass
-from rail_fem.output.events import FALL, first_maximum, lost_contact
+from rail_fem.contact.contact_table import ContactTable
+from rail_fem.passes.vertical_dynamics import TRACK, WHEEL
+from rail_fem.passes.vertical_pass import LightPass
+from rail_fem.result.events import FALL, first_maximum, lost_contact
 
 
 class LargestImpact(NamedTuple):

@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.surfaces.any_crossing import AnyCrossing
+from rail_fem.contact.contact_table import surface_gap
 from rail_fem.damage.crossing import PassContacts
 from rail_fem.damage.deposit import ReachedLines
-from rail_fem.light.contact_table import surface_gap
 from rail_fem.scene.scene import Scene
 
 BEYOND = 1.3  # half lengths of a patch within which its reach is looked at

@@ -9,7 +9,7 @@ import numpy as np
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.sites import laws_of, maintenance_of
 from rail_fem.damage.traffic import EXTRAPOLATED, INSPECTION, WEEKS, time_in_words
-from rail_fem.output.markdown import markdown_table
+from rail_fem.files.markdown import markdown_table
 from rail_fem.settings.damage import DamageSettings
 
 UM, MM = 1e6, 1e3

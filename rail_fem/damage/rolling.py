@@ -1,9 +1,9 @@
 """From a wheelset at rest on worn rails to rolling contacts: all points, their creepages, tractions and slip.
 
 A point's patch is the ellipse with the second moments of the pressure that load sharing found
-(rail_fem.light.load_sharing), its tractions are FASTSIM's. The wheelset turns freely: its spin is the one at which the
-longitudinal forces of all its points have no moment about the axle. Lateral position and yaw are given; forces across
-the track come from normal contact alone, and rails may yield to them.
+(rail_fem.contact.load_sharing), its tractions are FASTSIM's. The wheelset turns freely: its spin is the one at which
+the longitudinal forces of all its points have no moment about the axle. Lateral position and yaw are given; forces
+across the track come from normal contact alone, and rails may yield to them.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from bem.material import STEEL, Elastic
 from bem.patch import Creepage, Patch
 from geometry.contact.prismatic_search import ContactSearch, Motion, creepages
 from geometry.wheelset import SIDES, WheelsetError
+from rail_fem.contact.load_sharing import LoadedSide, LoadedWheelset, static_equilibrium
 from rail_fem.damage.wear import tgamma
-from rail_fem.light.load_sharing import LoadedSide, LoadedWheelset, static_equilibrium
 
 COARSE = 16  # cells each way while the spin is looked for
 SPINS = 0.02  # first half width of the bracket of the spin, relative

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rail_fem.damage.traffic import time_in_words
-from rail_fem.output.markdown import markdown_table
+from rail_fem.files.markdown import markdown_table
 
 UM = 1e6
 HEAD = [

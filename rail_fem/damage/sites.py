@@ -22,8 +22,8 @@ from rail_fem.damage.subsurface import SubsurfaceSteel, subsurface_fatigue
 from rail_fem.damage.traffic import Event, equivalent_tonnage, maintenance
 from rail_fem.damage.wear import Archard, WearLaw, dry_laws
 from rail_fem.damage.wheel_wear import wheel_lines
-from rail_fem.output.result import PassResult
-from rail_fem.pool import Pool
+from rail_fem.processes.pool import Pool
+from rail_fem.result.result import PassResult
 from rail_fem.scene.base import InputError
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings, Traffic

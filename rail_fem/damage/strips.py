@@ -12,7 +12,7 @@ import numpy as np
 from geometry.contact.prismatic_search import Motion, creepages_at
 from geometry.profiles.profile import hermite_many
 from geometry.wheelset import Wheelset
-from rail_fem.light.contact_table import ContactTable
+from rail_fem.contact.contact_table import ContactTable
 from rail_fem.scene.scene import Scene
 
 

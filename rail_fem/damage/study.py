@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from geometry.profiles.formats.by_suffix import write_profile
-from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.case.casefile import Case
 from rail_fem.damage.drivers import sensitivities, wheel_ratios
 from rail_fem.damage.evolution import Evolution, begin, evolve
@@ -26,9 +25,10 @@ from rail_fem.damage.report import study_report
 from rail_fem.damage.sites import crossing_site, stepping_of, switch_section, tonnage_of
 from rail_fem.damage.study_state import read_state, state_arrays, write_state
 from rail_fem.damage.summary import summary
-from rail_fem.output.progress import Progress
-from rail_fem.output.runfolder import digest, held, prepare_folder
-from rail_fem.pool import Pool, Workers
+from rail_fem.files.atomic import write_atomically, write_text_atomically
+from rail_fem.processes.pool import Pool, Workers
+from rail_fem.processes.progress import Progress
+from rail_fem.result.runfolder import digest, held, prepare_folder
 from rail_fem.scene.scene import Wheel
 from rail_fem.settings.damage import MOST_PASSES, DamageSettings
 from rail_fem.settings.light import RigidHertzSettings

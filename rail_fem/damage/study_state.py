@@ -11,7 +11,7 @@ import numpy as np
 from rail_fem.damage.evolution import Evolution, Site
 from rail_fem.damage.worn_profile import WornProfile
 from rail_fem.damage.worn_surface import WornSurface
-from rail_fem.output.sealed import read_sealed, write_sealed
+from rail_fem.files.sealed import read_sealed, write_sealed
 
 _SHAPES = ("worn", "first")
 

@@ -14,7 +14,7 @@ from rail_fem.design.posterior import LEAST_TRIALS, SAMPLES, Known, form_of, int
 from rail_fem.design.problem import DesignError, Problem
 from rail_fem.design.proof import ProofRun
 from rail_fem.design.search import SearchRecord, Trial, rounded, trials_by
-from rail_fem.pool import Pool, Workers
+from rail_fem.processes.pool import Pool, Workers
 
 FOLDS = 8  # of the trials that are spread over the bounds, each found again by the others
 FORMS = np.linspace(0, 1, 25)  # between their bounds, at which a trial is judged

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from rail_fem.design.inversion import Inversion, facts_of, scaled, scaled_back
 from rail_fem.design.posterior import form_of
 from rail_fem.design.problem import Problem
-from rail_fem.output.markdown import markdown_table
+from rail_fem.files.markdown import markdown_table
 from rail_fem.show.style import GREY, NOSE, TOTAL, WING, new_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
 

@@ -52,7 +52,7 @@ from rail_fem.case.casetext import read_as
 from rail_fem.case.variations import VariationError, field_of, value_of
 from rail_fem.design.observations import FactGroup, read_facts
 from rail_fem.hierarchy import MODELS, solve
-from rail_fem.output.quantities import two_now
+from rail_fem.result.quantities import two_now
 from rail_fem.scene.base import Count, Frozen
 from rail_fem.scene.input_errors import quantity_of, suggest
 from rail_fem.scene.units import NUMBER_THEN_UNIT, QuantityError, parse, si_factor

@@ -18,10 +18,10 @@ from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.design.problem import DesignError, Pass, Problem
 from rail_fem.design.search import Found, Trial
-from rail_fem.output.progress import duration, read_status
-from rail_fem.output.quantities import BODIES, REPORTED
-from rail_fem.output.result import PassResult, load
-from rail_fem.pool import Lost, Workers, each
+from rail_fem.processes.pool import Lost, Workers, each
+from rail_fem.processes.progress import duration, read_status
+from rail_fem.result.quantities import BODIES, REPORTED
+from rail_fem.result.result import PassResult, load
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.sweeps.sweep import Job, Outcome, run_job
 from rail_fem.sweeps.trends import MEASURES, Measure

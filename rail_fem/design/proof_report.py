@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from rail_fem.design.correction import proven_scores
 from rail_fem.design.problem import Problem
 from rail_fem.design.proof import MODEL, PROVEN, SEARCHED, ProofRun, ProvenShape, without_finer
-from rail_fem.output.markdown import markdown_table
-from rail_fem.output.trust import verdict_words
+from rail_fem.files.markdown import markdown_table
+from rail_fem.result.trust import verdict_words
 from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.sweeps.compare import core_seconds

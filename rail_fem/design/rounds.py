@@ -10,7 +10,7 @@ from rail_fem.design.correction import learned, proven_scores
 from rail_fem.design.problem import Problem
 from rail_fem.design.proof import MODEL, ProofRun, prove_design
 from rail_fem.design.search import Correct, Found, Trial, search
-from rail_fem.pool import Workers
+from rail_fem.processes.pool import Workers
 
 
 @dataclass(frozen=True)

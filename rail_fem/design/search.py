@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import differential_evolution
 
-from rail_fem.atomic import write_text_atomically
 from rail_fem.design.problem import FAILED, DesignError, Problem
-from rail_fem.pool import Lost, Pool, Workers
+from rail_fem.files.atomic import write_text_atomically
+from rail_fem.processes.pool import Lost, Pool, Workers
 
 TRIALS = "trials.csv"
 PER_VARIABLE = 6  # trials of one generation for each variable, at least LEAST in all

@@ -10,11 +10,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rail_fem.case.casefile import load_case
+from rail_fem.contact.rigid import rigid_path
 from rail_fem.design.problem import Problem
 from rail_fem.design.search import Found, Trial
 from rail_fem.design.shape import ShapeDifference, shape_difference, told
-from rail_fem.light.rigid import rigid_path
-from rail_fem.output.markdown import markdown_table
+from rail_fem.files.markdown import markdown_table
 from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.style import lettering, save
 from rail_fem.show.table_and_figure import write_table_and_figure

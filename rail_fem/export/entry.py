@@ -18,7 +18,7 @@ def export_dolfinx(
     frame : number of a field frame, from 0; None for the last fields
     deformed : nodes where the displacement has brought them; else where they were. Cauchy's stress belongs to the
         deformed body: integrals over the other are wrong by the order of the strain.
-    Errors: rail_fem.output.fields.FieldsError on every rank; ImportError where dolfinx is not installed.
+    Errors: rail_fem.result.fields.FieldsError on every rank; ImportError where dolfinx is not installed.
     """
     from mpi4py import MPI
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from geometry.axes import as_tensor
-from rail_fem.atomic import write_atomically
 from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS, TaggedFields
-from rail_fem.output.fields import VTK_ORDER
+from rail_fem.files.atomic import write_atomically
+from rail_fem.result.fields import VTK_ORDER
 
 BY_DOLFINX = (".xdmf", ".bp")
 BY_MESHIO = (".vtu", ".vtk", ".msh", ".inp")  # each read back whole in tests/export/test_files.py

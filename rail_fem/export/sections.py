@@ -8,7 +8,7 @@ import numpy as np
 from geometry.cad.step_writer import step_text
 from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.section_cuts import cut_section, cut_stations
-from rail_fem.atomic import write_text_atomically
+from rail_fem.files.atomic import write_text_atomically
 from rail_fem.scene.section_files import STATIONS
 
 PLAIN_BEFORE = 0.6  # of the plain rail before the leg that is written unless told otherwise [m]

@@ -9,8 +9,8 @@ import numpy as np
 
 from geometry.meshing.hexmesh import boundary_faces
 from geometry.surfaces.bodies import REGIONS
-from rail_fem.output.fields import MESH, Fields, FieldsError, field_file, read_fields
-from rail_fem.output.sealed import SealError, read_sealed
+from rail_fem.files.sealed import SealError, read_sealed
+from rail_fem.result.fields import MESH, Fields, FieldsError, field_file, read_fields
 
 CELL_TAGS = {body: i + 1 for i, body in enumerate(REGIONS)}
 # contact: where wheel and crossing may touch; base: faces held by the foundation, of the wheel by its rigid web
@@ -23,7 +23,7 @@ FACET_TAGS = {
 class TaggedFields:
     """Fields of a run, and the tags of its cells and outer faces.
 
-    fields : see rail_fem.output.fields.Fields;  cell_tags : (m,) int32, CELL_TAGS
+    fields : see rail_fem.result.fields.Fields;  cell_tags : (m,) int32, CELL_TAGS
     facets : (k, 4) int64, corners in turn, outward by the right-hand rule;  facet_tags : (k,) int32, FACET_TAGS
     facet_cells : (k,) the cell of each facet
     """

@@ -23,7 +23,7 @@ from rail_fem.fe.compat import (
     original_cells,
 )
 from rail_fem.fe.domain import VTK_TO_DOLFINX
-from rail_fem.output.fields import FieldsError
+from rail_fem.result.fields import FieldsError
 
 
 @dataclass(frozen=True)

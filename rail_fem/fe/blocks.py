@@ -7,9 +7,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from rail_fem.cyclic.law import CyclicLaw
+from bem.steel.cyclic_law import CyclicLaw
+from rail_fem.fe.plan.mass_scaling import CUBE
 from rail_fem.fe.state import KINEMATIC, LANES, N_MATERIAL, N_STATE, PLASTIC_STRAIN, POINT_STATE, STRESS, YIELD
-from rail_fem.light.mass_scaling import CUBE
 from rail_fem.scene.steel import Steel
 
 

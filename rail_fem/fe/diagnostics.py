@@ -9,13 +9,13 @@ from geometry.meshing.quality import MeshQuality, cell_volume
 from rail_fem.fe import trust
 from rail_fem.fe.fields import cell_rows
 from rail_fem.fe.parts import cells_of, parts_of
+from rail_fem.fe.plan.fine_zone import PATCH_REACH
 from rail_fem.fe.run import Run
 from rail_fem.fe.running import Running
 from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK
-from rail_fem.light.fine_zone import PATCH_REACH
-from rail_fem.output.history import complete_history
-from rail_fem.output.result import Peak
-from rail_fem.output.trust import largest_internal, numerical_shares
+from rail_fem.result.history import complete_history
+from rail_fem.result.result import Peak
+from rail_fem.result.trust import largest_internal, numerical_shares
 
 LEVEL = 2e-4  # change of the rigid path's slope up to which running counts as steady [1]
 

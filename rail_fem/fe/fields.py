@@ -14,13 +14,13 @@ import numpy as np
 
 from bem.exact.subsurface import von_mises
 from geometry.surfaces.bodies import PassBody
-from rail_fem.atomic import write_text_atomically
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.global_rows import block_starts, to_blocks
 from rail_fem.fe.shared_file import as_bytes, write_pieces
-from rail_fem.output.fields import VTK_COMPONENTS, VTK_ORDER
-from rail_fem.output.vtu_layout import HEXAHEDRON, VtuArray, compressed, lay_out
+from rail_fem.files.atomic import write_text_atomically
+from rail_fem.files.vtu_layout import HEXAHEDRON, VtuArray, compressed, lay_out
+from rail_fem.result.fields import VTK_COMPONENTS, VTK_ORDER
 
 
 def cell_rows(dynamics: Dynamics) -> np.ndarray:

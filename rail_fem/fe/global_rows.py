@@ -1,6 +1,6 @@
 """Rows by global number, dealt out among the ranks: from where they are computed to equal blocks, and back.
 
-A block is a run of numbers, whole chunks of CHUNK rows (rail_fem.output.sealed). No rank holds more than its block and
+A block is a run of numbers, whole chunks of CHUNK rows (rail_fem.files.sealed). No rank holds more than its block and
 what it owns; what a file holds so does not depend on the number of ranks.
 """
 
@@ -10,7 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from rail_fem.fe.domain import Domain
-from rail_fem.output.sealed import CHUNK
+from rail_fem.files.sealed import CHUNK
 
 
 def block_starts(total: int, size: int) -> np.ndarray:

@@ -1,7 +1,7 @@
-"""Both elements of a steel with a law over cycles: several back stresses and an isotropic part (rail_fem.cyclic).
+"""Both elements of a steel with a law over cycles: several back stresses and an isotropic part (bem.steel).
 
 Kinematics, trial stress and forces are those of the elements by a hardening curve (rail_fem.fe.hexahedron,
-hexahedron_full); the return is the function that the law's own point calls (rail_fem.cyclic.law.plastic_return), lane
+hexahedron_full); the return is the function that the law's own point calls (bem.steel.cyclic_law.plastic_return), lane
 by lane where a lane flows. Back stresses are state: they turn with the step's rotation as the stress does. A block that
 has never flowed has none to turn.
 """
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rail_fem.cyclic.law import plastic_return, yield_stress_at
+from bem.steel.cyclic_law import plastic_return, yield_stress_at
 from rail_fem.fe.finite_strain import rotate_stress, step_rotation, to_mid_step
 from rail_fem.fe.hexahedron import N_SCRATCH, elastic_trial, internal_force
 from rail_fem.fe.hexahedron_full import (

@@ -2,7 +2,7 @@
 the other wheel's creep on its rail.
 
 The other wheel is not meshed: its normal force and the inclination of its contact are those of the start's equilibrium
-(rail_fem.light.lateral_start), its creep force follows the wheelset's lateral velocity by the light models' law. The
+(rail_fem.passes.lateral_start), its creep force follows the wheelset's lateral velocity by the light models' law. The
 wheelset moves across without rolling about the track.
 """
 
@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rail_fem.fe.supports import RigidGroup
-from rail_fem.light.lateral_start import LateralStart
-from rail_fem.light.wheelset_dynamics import friction_share
+from rail_fem.passes.lateral_start import LateralStart
+from rail_fem.passes.wheelset_dynamics import friction_share
 
 
 @dataclass

@@ -20,10 +20,10 @@ import numpy as np
 from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.quality import eigen_length
 from geometry.surfaces.bodies import CROSSING, PassBody
+from rail_fem.fe.plan.mass_scaling import GAIN, SHARE, quasi_static_factor, quasi_static_step, transit_ratio
 from rail_fem.fe.slabs import Slabs
 from rail_fem.fe.structure import cell_masses, critical_steps, heavier
 from rail_fem.fe.window import Extent, heaviest
-from rail_fem.light.mass_scaling import GAIN, SHARE, quasi_static_factor, quasi_static_step, transit_ratio
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.explicit import FeSettings
@@ -34,7 +34,7 @@ class MassScaling:
     """factor : on the density of all elements, or of the smallest;  steel : mass of each body's mesh at the density of
     its steel [kg], with a travelling window the most of the crossing's that moves in it;
     bodies : mass of each body in the case [kg], infinite where it is held;  transit : see
-    rail_fem.light.mass_scaling.transit_ratio;  why : what decided the factor
+    rail_fem.fe.plan.mass_scaling.transit_ratio;  why : what decided the factor
     Where small elements alone are heavier: least_step : critical step that they are made heavy for [s], else 0;
     scaled : as `steel`, with the mass that is added;  slowness : the wheel's speed over that of waves in the elements
     under it;  most : the largest factor that is possible, up to that"""

@@ -11,12 +11,12 @@ import numpy as np
 from geometry.meshing.gmsh_process import gmsh_process
 from geometry.meshing.hexmesh import HexMesh, MeshError, merge_bodies
 from geometry.surfaces.bodies import PassBody
+from rail_fem.contact.rigid import datum_height
 from rail_fem.fe.initial_position import position_wheel, smallest_gap
+from rail_fem.fe.plan.kept_meshes import body_meshes, is_kept, kept
+from rail_fem.fe.plan.own_mesh import own_mesh
 from rail_fem.fe.running import Running
-from rail_fem.launcher import dealt_out
-from rail_fem.light.kept_meshes import body_meshes, is_kept, kept
-from rail_fem.light.own_mesh import own_mesh
-from rail_fem.light.rigid import datum_height
+from rail_fem.processes.launcher import dealt_out
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 

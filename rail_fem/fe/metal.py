@@ -14,7 +14,7 @@ from rail_fem.fe.domain import Domain
 from rail_fem.fe.fields import cell_rows
 from rail_fem.fe.parts import cells_of, parts_of, surface_nodes
 from rail_fem.fe.run import Run
-from rail_fem.output.plastic_zone import near, plastic_zone, strained_box
+from rail_fem.result.plastic_zone import near, plastic_zone, strained_box
 
 STRIP = 5e-3  # along the track, over which the change of the surface is looked at [m]
 CLEAR = 40e-3  # from the wheel at the end of the pass: nearer, the metal is under load [m]
@@ -22,7 +22,7 @@ CLEAR = 40e-3  # from the wheel at the end of the pass: nearer, the metal is und
 
 def metal(run: Run) -> dict[str, dict]:
     """For leg (where the pass runs over it), wing and nose the plain values of
-    rail_fem.output.plastic_zone.PlasticZone, whether the block lies clear of the wheel, so that its stresses are
+    rail_fem.result.plastic_zone.PlasticZone, whether the block lies clear of the wheel, so that its stresses are
     residual, and the surface: see `surface_change`. Collective, replicated."""
     run.dynamics.bring_up()
     domain, mesh, rows = run.dynamics.domain, run.passage.mesh, cell_rows(run.dynamics)

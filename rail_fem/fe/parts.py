@@ -1,4 +1,4 @@
-"""The parts of a crossing (rail_fem.output.parts) in an explicit run: their cells and the nodes of their surface."""
+"""The parts of a crossing (rail_fem.result.parts) in an explicit run: their cells and the nodes of their surface."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from geometry.meshing.hexmesh import HexMesh
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.run import Run
-from rail_fem.output.parts import CrossingPart, parts_between
+from rail_fem.result.parts import CrossingPart, parts_between
 
 
 def parts_of(run: Run) -> tuple[CrossingPart, ...]:

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from bem.exact.hertz import tangent_stiffness
+from rail_fem.contact.contact_table import contact_table
 from rail_fem.fe.lateral_guide import LateralGuide
 from rail_fem.fe.running import Running
 from rail_fem.fe.start_state import StartState
 from rail_fem.fe.supports import Link, RigidGroup, Supports
-from rail_fem.light.contact_table import contact_table
-from rail_fem.light.lateral_start import LateralStart
-from rail_fem.light.plastic_indentation import plastic_indentation
+from rail_fem.passes.lateral_start import LateralStart
+from rail_fem.passes.plastic_indentation import plastic_indentation
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.explicit import FeSettings
 

@@ -30,7 +30,7 @@ from rail_fem.fe.start_state import StartState, resting
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup
 from rail_fem.fe.window import Extent, TravellingWindow
-from rail_fem.light.lateral_start import LateralStart
+from rail_fem.passes.lateral_start import LateralStart
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.explicit import FeSettings
 

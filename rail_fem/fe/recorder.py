@@ -96,7 +96,7 @@ class Recorder:
         return float((motion[:, 4] - 0.5 * (motion[:, 1:4] ** 2).sum(axis=1) / motion[:, 0]).sum())
 
     def history(self) -> dict[str, np.ndarray]:
-        """Columns (n,) in the names of rail_fem.output.history."""
+        """Columns (n,) in the names of rail_fem.result.history."""
         if not self.rows:
             return {"time": np.empty(0), "x": np.empty(0)}
         columns = {name: np.array([row[name] for row in self.rows]) for name in self.rows[0]}

@@ -57,7 +57,7 @@ class Run:
         identity: Mapping[str, str] | None = None,
     ):
         """folder : takes fields and restart files, None for none;  identity : what a restart file belongs to, root only
-        (rail_fem.output.sealed)"""
+        (rail_fem.files.sealed)"""
         self.identity, self.started = identity or {}, working_time()
         self.comm, self.scene, self.settings, self.passage = comm, scene, settings, passage
         self.folder, self.progress = folder, progress

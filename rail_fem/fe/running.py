@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.path.wheel_path import WheelPath, rolling_radius
 from geometry.profiles.profile import Profile
-from rail_fem.light.rigid import anchored_path, meshed_stretch
+from rail_fem.contact.rigid import anchored_path, meshed_stretch
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 

@@ -1,4 +1,4 @@
-"""A sealed file of arrays (rail_fem.output.sealed) that all ranks write and read, each its block of the rows.
+"""A sealed file of arrays (rail_fem.files.sealed) that all ranks write and read, each its block of the rows.
 
 What a file holds does not depend on the number of ranks: arrays stand in global numbering, and their digests go by
 chunks of rows. It appears whole or not at all, and the one before it is kept until then.
@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from mpi4py import MPI
 
-from rail_fem.atomic import partial_name
 from rail_fem.fe.domain import raise_together
 from rail_fem.fe.global_rows import block_starts
-from rail_fem.output.npz_layout import Member, directory, head, joined, lay_out, members_of
-from rail_fem.output.sealed import CHUNK, LABEL, damaged, label_of, leaves, seal_from, unfit
+from rail_fem.files.atomic import partial_name
+from rail_fem.files.npz_layout import Member, directory, head, joined, lay_out, members_of
+from rail_fem.files.sealed import CHUNK, LABEL, damaged, label_of, leaves, seal_from, unfit
 
 MOST = 1 << 30  # bytes that are written by one call
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.light.contact_table import contact_table
-from rail_fem.light.plastic_indentation import contacts_of
-from rail_fem.light.vertical_dynamics import TRACK, WHEEL
-from rail_fem.light.vertical_pass import run_pass
-from rail_fem.output.events import OPEN
+from rail_fem.contact.contact_table import contact_table
+from rail_fem.passes.plastic_indentation import contacts_of
+from rail_fem.passes.vertical_dynamics import TRACK, WHEEL
+from rail_fem.passes.vertical_pass import run_pass
+from rail_fem.result.events import OPEN
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.light import RigidHertzSettings
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rail_fem.fe.mass_scaling import MassScaling
-from rail_fem.output.trust import OF_IMPACT, last_known
+from rail_fem.result.trust import OF_IMPACT, last_known
 
 GOOD, WARN, BAD = "good", "warning", "bad"
 

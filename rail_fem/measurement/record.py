@@ -12,8 +12,8 @@ import numpy as np
 
 from geometry.profiles.formats.raw import read_text
 from geometry.profiles.profile import ProfileError
-from rail_fem.output.low_pass import evenly
-from rail_fem.output.result import PassResult
+from rail_fem.result.low_pass import evenly
+from rail_fem.result.result import PassResult
 from rail_fem.scene.input_errors import suggest
 from rail_fem.scene.units import QuantityError, parse, root_units, si_factor
 

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from rail_fem.measurement.record import QUANTITIES, Record
 from rail_fem.measurement.score import Alignment, Score
-from rail_fem.output.low_pass import low_pass
+from rail_fem.result.low_pass import low_pass
 from rail_fem.scene.units import si_factor
 from rail_fem.show.panels import Panel, panels_figure
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import coherence
 
 from rail_fem.measurement.record import Record, RecordError
-from rail_fem.output.low_pass import CUTOFFS, is_its_own, low_pass
+from rail_fem.result.low_pass import CUTOFFS, is_its_own, low_pass
 
 LEAST_OVERLAP = 0.5  # of the shorter record, that an alignment must keep
 MOST_SAMPLES = 5_000_000  # of record or result, both sampled alike

@@ -7,7 +7,7 @@ matter (start, largest forces, most even sharing, end) the patches are solved un
 Resolves what rigid_hertz does, and the shape and pressure of patches that are no ellipses. Blind to edges (the
 half-space goes on beyond them, and is too stiff under a cone beside the rail's end), plastic flow within a patch and
 waves, which it flags. The patches solved under the forces of the pass say how far the law is off there
-(rail_fem.light.validity.law_flags): under the static load F = K d^1.5 is exact, and a force far above it is found too
+(rail_fem.passes.validity.law_flags): under the static load F = K d^1.5 is exact, and a force far above it is found too
 large where a wheel touches along a line.
 """
 
@@ -21,13 +21,13 @@ from bem.material import Elastic
 from bem.patch import Patch, PatchCutError
 from geometry.surfaces.bodies import BODIES
 from kernel_cache import working_time
-from rail_fem.light.contact_pairs import ContactPair, crossing_surface, pair_at
-from rail_fem.light.contact_table import ContactTable, TableKey, table_key, table_of
-from rail_fem.light.pass_result import pass_result, patch_steps
-from rail_fem.light.plastic_indentation import as_seen, contacts_of, elastic_law
-from rail_fem.light.validity import SolvedContact, bem_flags, law_flags
-from rail_fem.light.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
-from rail_fem.output.result import PassResult, PatchSummary
+from rail_fem.contact.contact_pairs import ContactPair, crossing_surface, pair_at
+from rail_fem.contact.contact_table import ContactTable, TableKey, table_key, table_of
+from rail_fem.passes.pass_result import pass_result, patch_steps
+from rail_fem.passes.plastic_indentation import as_seen, contacts_of, elastic_law
+from rail_fem.passes.validity import SolvedContact, bem_flags, law_flags
+from rail_fem.passes.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
+from rail_fem.result.result import PassResult, PatchSummary
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import BemPassageSettings
 

@@ -20,25 +20,25 @@ import numpy as np
 from bem.cycle_jumps import CELL_ERROR, LEAST_FLOW, verdict_words
 from bem.material import Elastic
 from bem.plastic.contact import LARGE_STRAIN, pressure_warnings
-from bem.plastic.hardening import Hardening, YieldLaw
 from bem.plastic.influence import Cells
-from bem.plastic.nonlinear_kinematic import NonlinearKinematic
+from bem.steel.hardening import Hardening, YieldLaw
+from bem.steel.nonlinear_kinematic import NonlinearKinematic
 from geometry.surfaces.bodies import BODIES
 from kernel_cache import working_time
-from rail_fem.light.contact_pairs import crossing_surface
-from rail_fem.light.contact_table import ContactTable, TableKey, contact_table, patch_sizes, table_key
-from rail_fem.light.pass_result import pass_result, patch_steps, patches_at
-from rail_fem.light.plastic_fields import metal_of, write_archive, write_vtu
-from rail_fem.light.plastic_indentation import contacts_of
-from rail_fem.light.plastic_rolling import Flow, Station, flow_in, roll_along, strip_along
-from rail_fem.light.repeated_wheels import Wheels
-from rail_fem.light.validity import Flag, flag, lift_flags
-from rail_fem.light.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
+from rail_fem.contact.contact_pairs import crossing_surface
+from rail_fem.contact.contact_table import ContactTable, TableKey, contact_table, patch_sizes, table_key
 from rail_fem.models.bem_passage import pair_of
-from rail_fem.output.parts import CrossingPart, parts_between
-from rail_fem.output.quantities import reported
-from rail_fem.output.result import PassResult, Peak
-from rail_fem.output.runfolder import digest, fingerprint
+from rail_fem.passes.pass_result import pass_result, patch_steps, patches_at
+from rail_fem.passes.plastic_fields import metal_of, write_archive, write_vtu
+from rail_fem.passes.plastic_indentation import contacts_of
+from rail_fem.passes.plastic_rolling import Flow, Station, flow_in, roll_along, strip_along
+from rail_fem.passes.repeated_wheels import Wheels
+from rail_fem.passes.validity import Flag, flag, lift_flags
+from rail_fem.passes.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
+from rail_fem.result.parts import CrossingPart, parts_between
+from rail_fem.result.quantities import reported
+from rail_fem.result.result import PassResult, Peak
+from rail_fem.result.runfolder import digest, fingerprint
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.light import BemPlasticSettings
@@ -131,7 +131,7 @@ def window_cells(scene: Scene, settings: BemPlasticSettings) -> list[Cells]:
 
 
 def strain_values(pieces: dict[str, Flow], surface) -> dict[str, float]:
-    """Plastic strain of leg, wing and nose by the names of rail_fem.output.quantities; surface : z(x, y) [m]."""
+    """Plastic strain of leg, wing and nose by the names of rail_fem.result.quantities; surface : z(x, y) [m]."""
     left = {name: metal_of(piece, surface) for name, piece in pieces.items()}
     return {f"{name}_{part}": value for part, metal in left.items() for name, value in metal["values"].items()}
 
@@ -166,7 +166,7 @@ def _pieces(parts: list[CrossingPart], flow: Flow, stations: list[Station]) -> d
 
 
 def strain_bars(part: str, left: dict, coarse: dict) -> dict[str, float]:
-    """Error bars by the names of rail_fem.output.quantities from cells COARSER times as large: at first order, what
+    """Error bars by the names of rail_fem.result.quantities from cells COARSER times as large: at first order, what
     is left is as much as the two are apart."""
     there = coarse.get("values", {})
     return {

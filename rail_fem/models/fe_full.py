@@ -19,7 +19,7 @@ from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.quality import MeshQuality, mesh_quality
 from geometry.surfaces.bodies import REGIONS
 from kernel_cache import working_time
-from rail_fem.atomic import write_text_atomically
+from rail_fem.contact.rigid import ends_with_path
 from rail_fem.fe import trust
 from rail_fem.fe.carried import lay_in, steel_after
 from rail_fem.fe.diagnostics import slowest_elements, strain_peaks, trust_facts
@@ -29,17 +29,17 @@ from rail_fem.fe.passage import build_passage
 from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.running import Running, running_of
 from rail_fem.fe.start_state import StartState
-from rail_fem.launcher import dealt_out, on_root
-from rail_fem.light.lateral_start import LateralStart, lateral_start
-from rail_fem.light.rigid import ends_with_path
-from rail_fem.output.error_bars import CALIBRATED_WORDS, calibrated_bars, error_bars
-from rail_fem.output.events import end_warnings, force_peaks, transfer_position
-from rail_fem.output.fields import MESH
-from rail_fem.output.progress import Progress
-from rail_fem.output.quantities import FORCES, REPORTED, reported
-from rail_fem.output.result import Cost, PassResult, load
-from rail_fem.output.runfolder import digest, fingerprint
-from rail_fem.output.sealed import read_sealed, write_sealed
+from rail_fem.files.atomic import write_text_atomically
+from rail_fem.files.sealed import read_sealed, write_sealed
+from rail_fem.passes.lateral_start import LateralStart, lateral_start
+from rail_fem.processes.launcher import dealt_out, on_root
+from rail_fem.processes.progress import Progress
+from rail_fem.result.error_bars import CALIBRATED_WORDS, calibrated_bars, error_bars
+from rail_fem.result.events import end_warnings, force_peaks, transfer_position
+from rail_fem.result.fields import MESH
+from rail_fem.result.quantities import FORCES, REPORTED, reported
+from rail_fem.result.result import Cost, PassResult, load
+from rail_fem.result.runfolder import digest, fingerprint
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import TWIN_COST, FeSettings
 

@@ -9,11 +9,11 @@ plastic strain and waves from before it, and as wrong at its start as rigid_hert
 from functools import partial
 from pathlib import Path
 
+from rail_fem.contact.rigid import release_position, with_window
 from rail_fem.fe.start_state import from_rigid_hertz
-from rail_fem.launcher import on_root
-from rail_fem.light.rigid import release_position, with_window
 from rail_fem.models.fe_full import solve_from
-from rail_fem.output.result import PassResult
+from rail_fem.processes.launcher import on_root
+from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeWindowSettings
 from rail_fem.settings.light import RigidHertzSettings

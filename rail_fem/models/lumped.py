@@ -10,11 +10,11 @@ import numpy as np
 
 from bem.exact.hertz import tangent_stiffness
 from kernel_cache import working_time
-from rail_fem.light.contact_law import ContactLaw
-from rail_fem.light.contact_table import contact_table
-from rail_fem.light.pass_result import light_result
-from rail_fem.light.validity import lumped_flags
-from rail_fem.light.vertical_pass import (
+from rail_fem.contact.contact_law import ContactLaw
+from rail_fem.contact.contact_table import contact_table
+from rail_fem.passes.pass_result import light_result
+from rail_fem.passes.validity import lumped_flags
+from rail_fem.passes.vertical_pass import (
     Contacts,
     beam_errors,
     common_history,
@@ -23,7 +23,7 @@ from rail_fem.light.vertical_pass import (
     run_pass,
     step_error,
 )
-from rail_fem.output.result import PassResult
+from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import LumpedSettings
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from bem.exact.hertz import tangent_stiffness
 from kernel_cache import working_time
-from rail_fem.light.contact_table import ContactTable, contact_table
-from rail_fem.light.p2 import P2_LIMITS, p1_force, p2_force, p2_increment, unsprung_mass
-from rail_fem.light.validity import Flag, flag, flag_warnings, p2_flags
-from rail_fem.output.result import NAN, Cost, PassResult, Peak
+from rail_fem.contact.contact_table import ContactTable, contact_table
+from rail_fem.passes.p2 import P2_LIMITS, p1_force, p2_force, p2_increment, unsprung_mass
+from rail_fem.passes.validity import Flag, flag, flag_warnings, p2_flags
+from rail_fem.result.result import NAN, Cost, PassResult, Peak
 from rail_fem.scene.crossing import JOINT
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import P2Settings

@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from kernel_cache import working_time
-from rail_fem.light.contact_table import BY_BODY, ContactTable, contact_table
-from rail_fem.light.pass_result import pass_result, patch_steps, patches_at
-from rail_fem.light.plastic_indentation import contacts_of
-from rail_fem.light.validity import hertz_flags
-from rail_fem.light.vertical_pass import beam_errors, force_change, lift_offs, run_pass, step_error
-from rail_fem.output.result import PassResult
+from rail_fem.contact.contact_table import BY_BODY, ContactTable, contact_table
+from rail_fem.passes.pass_result import pass_result, patch_steps, patches_at
+from rail_fem.passes.plastic_indentation import contacts_of
+from rail_fem.passes.validity import hertz_flags
+from rail_fem.passes.vertical_pass import beam_errors, force_change, lift_offs, run_pass, step_error
+from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import RigidHertzSettings
 
@@ -49,7 +49,7 @@ def solve(
 def solve_wheelset(scene: Scene, settings: RigidHertzSettings) -> PassResult:
     """One pass of a wheelset that may roll, and by choice move laterally and in yaw. Errors: also ValueError where it
     leaves lateral_range."""
-    from rail_fem.light.wheelset_pass import run_wheelset, surfaces_of
+    from rail_fem.passes.wheelset_pass import run_wheelset, surfaces_of
 
     surfaces = surfaces_of(scene, settings)
     started = working_time()

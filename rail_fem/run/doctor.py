@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from rail_fem import launcher
-from rail_fem.output.versions import HOW_TO_GET, versions
+from rail_fem.processes import launcher
+from rail_fem.result.versions import HOW_TO_GET, versions
 from rail_fem.run.installation import LIGHT, NEEDED, PICTURES, made_by_setup, missing, numpy_mismatch
 
 PROBE_SECONDS = 120

@@ -16,9 +16,9 @@ from scipy.optimize import brentq
 
 from geometry.axes import RAIL_DEPTH
 from rail_fem.hierarchy import MODELS, solve
-from rail_fem.light.track_beam import track_beam
-from rail_fem.output.quantities import FORCES, REPORTED
-from rail_fem.output.result import PassResult
+from rail_fem.passes.track_beam import track_beam
+from rail_fem.result.quantities import FORCES, REPORTED
+from rail_fem.result.result import PassResult
 from rail_fem.scene.bearers import Bearers, CastingSection
 from rail_fem.scene.crossing import CAST
 from rail_fem.scene.scene import Scene

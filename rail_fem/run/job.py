@@ -7,14 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rail_fem import hierarchy, launcher
+from rail_fem import hierarchy
 from rail_fem.case.casefile import Case
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings
-from rail_fem.light.rigid import with_window
-from rail_fem.output.progress import Progress, mark_ended, read_status
-from rail_fem.output.result import PassResult, load
-from rail_fem.output.runfolder import RunFolderError, fingerprint, held, lost, prepare_folder
+from rail_fem.contact.rigid import with_window
+from rail_fem.processes import launcher
+from rail_fem.processes.progress import Progress, mark_ended, read_status
+from rail_fem.result.result import PassResult, load
+from rail_fem.result.runfolder import RunFolderError, fingerprint, held, lost, prepare_folder
 from rail_fem.run.form import form
 from rail_fem.scene.scene import Frozen
 from rail_fem.show.figures import draw_run

@@ -1,4 +1,4 @@
-"""The table of a case file that gives a steel a law over many cycles (rail_fem.cyclic)."""
+"""The table of a case file that gives a steel a law over many cycles (bem.steel)."""
 
 from typing import Annotated, Any
 
@@ -27,5 +27,5 @@ class CyclicHardening(Frozen):
 
     @property
     def constants(self) -> dict[str, Any]:
-        """Those of rail_fem.cyclic.law.cyclic_law [SI]."""
+        """Those of bem.steel.cyclic_law.cyclic_law [SI]."""
         return self.model_dump() | {"mixing": self.mixing or 1.0}

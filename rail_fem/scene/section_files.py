@@ -21,7 +21,7 @@ from geometry.profiles.formats.units import UNITS, WIDTHS, fitting_units, metres
 from geometry.profiles.profile import ProfileError
 from geometry.surfaces.measured_crossing import MeasuredCrossing, measured_crossing, moved
 from geometry.surfaces.sections import points_up
-from rail_fem.atomic import write_text_atomically
+from rail_fem.files.atomic import write_text_atomically
 from rail_fem.scene.base import KEPT_SECTIONS, STEP_SUFFIXES
 
 STATIONS = "stations.csv"

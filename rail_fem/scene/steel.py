@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from bem.material import first_loading
-from rail_fem.cyclic.law import CyclicLaw, cyclic_law
+from bem.steel.cyclic_law import CyclicLaw, cyclic_law
 
 # plastic strains at which the curve of a cyclic law is tabulated
 MONOTONIC = np.concatenate([[0.0], np.geomspace(1e-6, 2.0, 150)])
@@ -110,7 +110,7 @@ class Steel:
 
 
 def cyclic_steel(youngs_modulus: float, poisson: float, density: float, **constants: Any) -> Steel:
-    """A steel by its law over cycles; constants : those of rail_fem.cyclic.law.cyclic_law, which the elements follow.
+    """A steel by its law over cycles; constants : those of bem.steel.cyclic_law.cyclic_law, which the elements follow.
 
     Errors: ValueError that names the constant; for a law whose first loading softens.
     """

@@ -17,7 +17,7 @@ from geometry.profiles.formats.units import metres_of
 from geometry.profiles.profile import Profile, ProfileError
 from geometry.profiles.shape import FLANGE
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
-from rail_fem.atomic import write_text_atomically
+from rail_fem.files.atomic import write_text_atomically
 
 KEPT = "wheel_profile.csv"
 KEPT_HEAD = "# rail-fem wheel profile as a run used it"

@@ -10,7 +10,7 @@ from geometry.path.wheel_path import WheelPath
 from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import BODIES
 from geometry.surfaces.crossing import CrossingError
-from rail_fem.light.rigid import rigid_path
+from rail_fem.contact.rigid import rigid_path
 from rail_fem.scene.scene import Scene
 from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.style import scene_words

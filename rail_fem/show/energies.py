@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from rail_fem.output.history import COLUMNS
-from rail_fem.output.result import PassResult
-from rail_fem.output.trust import largest_internal, last_known, numerical_shares
+from rail_fem.result.history import COLUMNS
+from rail_fem.result.result import PassResult
+from rail_fem.result.trust import largest_internal, last_known, numerical_shares
 from rail_fem.show.panels import curve, legend_above
 from rail_fem.show.positions import label_distance, mark_positions
 from rail_fem.show.style import GREY, NOSE, PURPLE, SKY, TOTAL, WING, give_title, new_figure, words_instead
@@ -27,7 +27,7 @@ LINES = {
     "energy_contact": (INDIGO, "-"),
     "energy_balance": (TOTAL, ":"),
 }
-SHARES = {  # of rail_fem.output.trust: words, colour, line, which limit of the trust report
+SHARES = {  # of rail_fem.result.trust: words, colour, line, which limit of the trust report
     "energy_hourglass": ("hourglass, of the largest internal energy so far", WINE, "-"),
     "energy_contact": ("contact penalty, of the same", INDIGO, "-"),
     "energy_viscosity": ("bulk viscosity, of the same", OLIVE, "-"),

@@ -10,7 +10,7 @@ import numpy as np
 
 from geometry.meshing.hexmesh import boundary_faces
 from geometry.surfaces.bodies import CROSSING, REGIONS
-from rail_fem.output.fields import FieldsError, field_file, read_fields
+from rail_fem.result.fields import FieldsError, field_file, read_fields
 
 SEEN = 0.05  # a face is seen from above when the upward part of its unit normal exceeds this
 EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.result import PassResult, load
+from rail_fem.result.result import PassResult, load
 from rail_fem.show.creep import creep_figure
 from rail_fem.show.energies import LINES, energies_figure
 from rail_fem.show.force import force_figure

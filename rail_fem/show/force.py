@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from geometry.surfaces.crossing import CrossingError
-from rail_fem.light.rigid import rigid_path
-from rail_fem.output.events import IMPACT, LARGEST, LEG, SHARE, settling_end, stated_peaks
-from rail_fem.output.quantities import FORCES as QUANTITIES
-from rail_fem.output.result import PassResult, Peak
+from rail_fem.contact.rigid import rigid_path
+from rail_fem.result.events import IMPACT, LARGEST, LEG, SHARE, settling_end, stated_peaks
+from rail_fem.result.quantities import FORCES as QUANTITIES
+from rail_fem.result.result import PassResult, Peak
 from rail_fem.show.panels import curve, legend_above, new_panels, ring
 from rail_fem.show.positions import label_distance, mark_positions
 from rail_fem.show.style import BODY, GREY, HALO, ORANGE, PURPLE, TOTAL, align_labels, give_title, words_instead

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from geometry.surfaces.bodies import CROSSING, REGIONS
-from rail_fem.output.fields import Fields, field_file, read_fields
-from rail_fem.output.result import PassResult
+from rail_fem.result.fields import Fields, field_file, read_fields
+from rail_fem.result.result import PassResult
 from rail_fem.show.fields import cut_at, faces_from_above
 from rail_fem.show.panels import cells
 from rail_fem.show.stress import loaded_frame

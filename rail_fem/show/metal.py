@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rail_fem.output.quantities import REPORTED, STRAIN
-from rail_fem.output.result import PassResult
+from rail_fem.result.quantities import REPORTED, STRAIN
+from rail_fem.result.result import PassResult
 from rail_fem.scene.units import engineering, in_digits
 
 CUBIC_MM = 1e9
@@ -47,7 +47,7 @@ def _maximum(left: Mapping) -> tuple[str, str]:
 
 
 def _stress(body: str, left: Mapping) -> list[tuple[str, str, str]]:
-    from rail_fem.output.plastic_zone import BLOCK
+    from rail_fem.result.plastic_zone import BLOCK
 
     depth, stress = np.array(left["depth"]), np.array(left["stress"], dtype=float).reshape(-1, 2)
     inside = depth < BLOCK[2]

@@ -17,13 +17,13 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from rail_fem.atomic import write_text_atomically
 from rail_fem.case.template import written
+from rail_fem.files.atomic import write_text_atomically
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.fields import FieldsError
-from rail_fem.output.quantities import FORCES
-from rail_fem.output.result import PassResult, load
-from rail_fem.output.trust import GOOD
+from rail_fem.result.fields import FieldsError
+from rail_fem.result.quantities import FORCES
+from rail_fem.result.result import PassResult, load
+from rail_fem.result.trust import GOOD
 from rail_fem.show.fields import CrossingFields, read_crossing
 from rail_fem.show.figures import STRAIN, draw_run, titles
 from rail_fem.show.metal import metal_rows
@@ -151,7 +151,7 @@ def _pressed(words: str) -> str:
 def write_page(folders: Sequence[Path], path: Path, names: Sequence[str] = ()) -> Path:
     """The page of one run, or of several beside each other. names : of the runs; none: their folders'
 
-    Errors: as rail_fem.output.result.load; OSError; ModuleNotFoundError where plotly is not installed.
+    Errors: as rail_fem.result.result.load; OSError; ModuleNotFoundError where plotly is not installed.
     """
     folders = [Path(folder) for folder in folders]
     names = names or [folder.resolve().name for folder in folders]

@@ -16,10 +16,10 @@ from matplotlib.colors import to_hex
 
 from geometry.meshing.hexmesh import boundary_faces
 from geometry.surfaces.bodies import REGIONS
-from rail_fem.output.events import LARGEST, lost_contact, settling_end, stated_peaks
-from rail_fem.output.history import COLUMNS
-from rail_fem.output.quantities import FORCES as QUANTITIES
-from rail_fem.output.result import PassResult
+from rail_fem.result.events import LARGEST, lost_contact, settling_end, stated_peaks
+from rail_fem.result.history import COLUMNS
+from rail_fem.result.quantities import FORCES as QUANTITIES
+from rail_fem.result.result import PassResult
 from rail_fem.scene.units import si_factor
 from rail_fem.show.fields import CrossingFields, faces_from_above
 from rail_fem.show.force import FORCES, MARKED, computed_path, given_path, path_shift

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from geometry.surfaces.bodies import BODIES
-from rail_fem.output.quantities import REPORTED
-from rail_fem.output.result import NAN, PassResult
+from rail_fem.result.quantities import REPORTED
+from rail_fem.result.result import NAN, PassResult
 from rail_fem.show.metal import amount
 from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.style import give_title

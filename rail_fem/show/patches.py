@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from rail_fem.output.result import PassResult
+from rail_fem.result.result import PassResult
 from rail_fem.show.panels import Panel
 from rail_fem.show.positions import over_distance
 

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from geometry.surfaces.bodies import REGIONS
-from rail_fem.output.result import PassResult
+from rail_fem.result.result import PassResult
 from rail_fem.show.fields import CrossingFields, faces_from_above
 from rail_fem.show.panels import cells, curve, legend_above, ring, strain_bar, strain_paint, strain_scale
 from rail_fem.show.style import BODY, HALO, give_title, new_figure

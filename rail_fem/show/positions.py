@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from rail_fem.output.events import lost_contact, settling_end
-from rail_fem.output.result import PassResult
+from rail_fem.result.events import lost_contact, settling_end
+from rail_fem.result.result import PassResult
 from rail_fem.show.panels import Panel, legend_above, new_panels
 from rail_fem.show.style import GREEN, ORANGE, PURPLE, align_labels, give_title
 

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from rail_fem.light.dip import trajectory_dip
-from rail_fem.output.result import PassResult
+from rail_fem.passes.dip import trajectory_dip
+from rail_fem.result.result import PassResult
 from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.style import scene_words
 

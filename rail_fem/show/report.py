@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rail_fem.output.events import flights, stated_peaks
-from rail_fem.output.history import COLUMNS
-from rail_fem.output.low_pass import CUTOFFS, filtered_peak
-from rail_fem.output.progress import duration, read_status
-from rail_fem.output.quantities import FORCES, REPORTED, impact_pressure
-from rail_fem.output.result import Cost, PassResult, load
+from rail_fem.processes.progress import duration, read_status
+from rail_fem.result.events import flights, stated_peaks
+from rail_fem.result.history import COLUMNS
+from rail_fem.result.low_pass import CUTOFFS, filtered_peak
+from rail_fem.result.quantities import FORCES, REPORTED, impact_pressure
+from rail_fem.result.result import Cost, PassResult, load
 from rail_fem.scene.units import engineering, show
 from rail_fem.show.metal import amount, metal_rows
 from rail_fem.show.passes import passes_rows

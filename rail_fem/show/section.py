@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from geometry.surfaces.bodies import REGIONS
-from rail_fem.output.result import PassResult
+from rail_fem.result.result import PassResult
 from rail_fem.show.fields import CrossingFields, cut_at, depth_below
 from rail_fem.show.panels import cells, new_panels, ring, strain_bar, strain_paint, strain_scale
 from rail_fem.show.style import BODY, give_title, words_instead

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from bem.exact.subsurface import von_mises
 from geometry.axes import VOIGT
 from geometry.surfaces.bodies import REGIONS
-from rail_fem.output.fields import Fields, field_file, read_fields
-from rail_fem.output.result import PassResult
+from rail_fem.result.fields import Fields, field_file, read_fields
+from rail_fem.result.result import PassResult
 from rail_fem.show.fields import cut_at, depth_below
 from rail_fem.show.panels import cells, new_panels, ring
 from rail_fem.show.style import BODY, HALO, STRAIN_COLOURS, give_title, words_instead

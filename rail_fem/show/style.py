@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Text
 
-from rail_fem.atomic import write_atomically
-from rail_fem.output.result import PassResult
+from rail_fem.files.atomic import write_atomically
+from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import show
 

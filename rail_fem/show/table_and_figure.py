@@ -5,7 +5,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from rail_fem.atomic import write_text_atomically
+from rail_fem.files.atomic import write_text_atomically
 from rail_fem.show.style import lettering, save
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
 from bem.patch import Patch
-from rail_fem.light.patch_methods import MethodRow
-from rail_fem.output.extrapolation import extrapolated
-from rail_fem.output.progress import duration
+from rail_fem.contact.patch_methods import MethodRow
+from rail_fem.processes.progress import duration
+from rail_fem.result.extrapolation import extrapolated
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone
 from rail_fem.static_fe.solid_contact import FinitePatch, Report, finite_patch
 

@@ -50,7 +50,7 @@ from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Supports
 from rail_fem.fe.window import TravellingWindow
 from rail_fem.models.fe_full import positioned_mesh
-from rail_fem.output.versions import versions
+from rail_fem.result.versions import versions
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.studies import benchmark_kernels as kernels
 from rail_fem.studies.harness import OUT, QUICK, Table, publish

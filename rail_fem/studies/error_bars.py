@@ -21,14 +21,14 @@ from typing import Any
 import numpy as np
 import typer
 
-from rail_fem.atomic import write_text_atomically
 from rail_fem.case.examples import example
+from rail_fem.files.atomic import write_text_atomically
+from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS, solve
-from rail_fem.launcher import rank
-from rail_fem.output.error_bars import calibrated_bars, error_bars
-from rail_fem.output.markdown import markdown_table
-from rail_fem.output.quantities import FORCES, REPORTED, reported
-from rail_fem.output.result import PassResult
+from rail_fem.processes.launcher import rank
+from rail_fem.result.error_bars import calibrated_bars, error_bars
+from rail_fem.result.quantities import FORCES, REPORTED, reported
+from rail_fem.result.result import PassResult
 from rail_fem.studies.size_series import MODEL, faults_told, read_sizes, run_at
 
 LIGHT = "rigid_hertz", "bem_passage"

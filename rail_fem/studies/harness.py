@@ -11,8 +11,8 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from rail_fem.atomic import write_text_atomically
-from rail_fem.output.markdown import markdown_table
+from rail_fem.files.atomic import write_text_atomically
+from rail_fem.files.markdown import markdown_table
 from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.table_and_figure import write_figure
 

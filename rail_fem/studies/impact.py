@@ -26,7 +26,7 @@ from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import RigidGroup, Supports
-from rail_fem.output.markdown import markdown_table
+from rail_fem.files.markdown import markdown_table
 from rail_fem.scene.steel import Steel
 
 WHEEL_RADIUS, RAIL_RADIUS, LOAD = 0.460, 0.300, 100e3

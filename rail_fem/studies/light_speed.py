@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from rail_fem.case.casefile import Case, load_case
-from rail_fem.light.contact_table import table_of
-from rail_fem.light.rigid import rigid_path
+from rail_fem.contact.contact_table import table_of
+from rail_fem.contact.rigid import rigid_path
 from rail_fem.models import rigid_hertz
 from rail_fem.settings.light import RigidHertzSettings
 

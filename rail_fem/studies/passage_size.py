@@ -18,14 +18,14 @@ from typing import Annotated
 
 import typer
 
-from rail_fem.atomic import write_text_atomically
 from rail_fem.case.examples import example
 from rail_fem.case.variations import read_settings
-from rail_fem.launcher import rank
-from rail_fem.output.extrapolation import Limit
-from rail_fem.output.markdown import markdown_table
-from rail_fem.output.quantities import FORCES, REPORTED
-from rail_fem.output.result import PassResult
+from rail_fem.files.atomic import write_text_atomically
+from rail_fem.files.markdown import markdown_table
+from rail_fem.processes.launcher import rank
+from rail_fem.result.extrapolation import Limit
+from rail_fem.result.quantities import FORCES, REPORTED
+from rail_fem.result.result import PassResult
 from rail_fem.scene.units import SHOWN
 from rail_fem.show.metal import CUBIC_MM
 from rail_fem.show.panels import Panel, panels_figure

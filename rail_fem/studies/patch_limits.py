@@ -21,7 +21,7 @@ from bem.material import STEEL
 from bem.patch import Patch
 from bem.patch_edge import edge_positions
 from bem.slices.coupled import SlicePatch, slice_contact
-from rail_fem.light.patch_methods import MethodRow, table
+from rail_fem.contact.patch_methods import MethodRow, table
 from rail_fem.show.panels import Panel
 from rail_fem.static_fe.finite_series import finite_series, limit_row, to_stderr
 from rail_fem.static_fe.solid_blocks import BlockPair

@@ -6,7 +6,7 @@ reference solution.
                                                                 of that across
     rail-fem study patch-methods limits                         where the half-space is wrong (patch_limits.py)
 
-Blocks with the true faces of a contact pair (rail_fem/light/contact_pairs.py) under the thesis' wheel load; the
+Blocks with the true faces of a contact pair (rail_fem/contact/contact_pairs.py) under the thesis' wheel load; the
 reference is the limit of three sizes (rail_fem/static_fe/finite_series.py, rail_fem/static_fe/solid_contact.py).
 Length, width and area are read from nodal or cell pressures of all methods in one way (bem/patch_edge.py). The table
 ends with the same finite elements at the thesis' element sizes, and with the thesis' own rows.
@@ -22,8 +22,8 @@ import typer
 
 from bem.patch import Patch
 from bem.slices.coupled import slice_contact
-from rail_fem.light.contact_pairs import ContactPair
-from rail_fem.light.patch_methods import (
+from rail_fem.contact.contact_pairs import ContactPair
+from rail_fem.contact.patch_methods import (
     BLOCKS,
     THESIS_ROWS,
     WHEEL_LOAD,
@@ -43,7 +43,7 @@ from rail_fem.studies.patch_limits import study_limits
 COMPARED = ("half-space", BLOCKS)
 SHOWN = (*COMPARED, "2.5D (a) parabolic, 2a = 11.32 mm", "2.5D (a) elliptic, 2a = 11.32 mm")
 THESIS_ELEMENT = (0.2e-3, 18.88e-3 / 50)
-THESIS_HEAD = "60E1"  # rail_fem/light/patch_methods.py says why
+THESIS_HEAD = "60E1"  # rail_fem/contact/patch_methods.py says why
 RAILS = ("56E1", "60E1")
 
 

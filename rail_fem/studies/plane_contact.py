@@ -27,8 +27,8 @@ from bem.plane.contact_result import ContactResult
 from bem.plane.coulomb import Control
 from bem.plane.internal import Field, field_at, grid_below
 from bem.verification.cases import CASES
-from rail_fem.light.contact_pairs import plain_rail_pair
-from rail_fem.light.patch_methods import plain_rail_section
+from rail_fem.contact.contact_pairs import plain_rail_pair
+from rail_fem.contact.patch_methods import plain_rail_section
 from rail_fem.show.panels import Panel
 from rail_fem.static_fe.plane_contact import PlaneContact, solve_plane_contact
 from rail_fem.static_fe.plane_strain import Fineness

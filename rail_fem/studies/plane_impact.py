@@ -28,8 +28,8 @@ from bem.plane.internal import field_at, grid_below
 from bem.plane.mesh import Sizing, Zone, mesh_outline
 from bem.plane.outline import Edge, Outline
 from geometry.profiles.rail import rail_head
-from rail_fem.light.contact_pairs import plain_rail_pair
-from rail_fem.light.patch_methods import plain_rail_section
+from rail_fem.contact.contact_pairs import plain_rail_pair
+from rail_fem.contact.patch_methods import plain_rail_section
 from rail_fem.show.panels import Panel
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 

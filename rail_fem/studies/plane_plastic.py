@@ -26,7 +26,7 @@ from bem.plane.coulomb import Control
 from bem.plane_plastic.capped import capped_return
 from bem.plane_plastic.cells import Cells
 from bem.plane_plastic.yielding_contact import PlasticContact, Region
-from bem.plastic.hardening import Hardening
+from bem.steel.hardening import Hardening
 from rail_fem.show.panels import Panel
 from rail_fem.static_fe.plane_strain import Fineness
 from rail_fem.static_fe.plastic_plane import PlasticPlaneContact, PlasticPlaneStep

@@ -17,8 +17,8 @@ from scipy.spatial import cKDTree
 
 from bem.exact.subsurface import von_mises
 from bem.plane_plastic.yielding_contact import PlasticContact
-from rail_fem.output.extrapolation import limit_of, observed_order
-from rail_fem.output.markdown import markdown_table
+from rail_fem.files.markdown import markdown_table
+from rail_fem.result.extrapolation import limit_of, observed_order
 from rail_fem.static_fe.plastic_plane import PlasticPlaneContact
 
 MM = 1e-3

@@ -22,8 +22,8 @@ from bem.exact.yielding_sphere import SphereAtYield, first_yield, jackson_green,
 from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import Grid
 from bem.plastic.contact import PlasticHalfSpace
-from bem.plastic.hardening import Hardening
-from rail_fem.output.extrapolation import limit_of
+from bem.steel.hardening import Hardening
+from rail_fem.result.extrapolation import limit_of
 from rail_fem.show.panels import Panel
 from rail_fem.static_fe.axisymmetric import YieldingSteel
 from rail_fem.static_fe.pressed_sphere import Pressed, press_sphere

@@ -18,10 +18,10 @@ import numpy as np
 import typer
 
 from bem.cycle_jumps import VERDICTS
-from rail_fem.cyclic.closed_forms import ratchet_strain
-from rail_fem.cyclic.law import CyclicLaw, cyclic_law
-from rail_fem.cyclic.paths import uniaxial_cycles
-from rail_fem.cyclic.rolling_line import NoEquilibriumError, rolling_line_contact
+from bem.plastic.rolling_line import NoEquilibriumError, rolling_line_contact
+from bem.steel.closed_forms import ratchet_strain
+from bem.steel.cyclic_law import CyclicLaw, cyclic_law
+from bem.steel.paths import uniaxial_cycles
 from rail_fem.show.panels import Panel
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 from rail_fem.studies.rolled_passes import TRACTION, panels, roll_all, table

@@ -18,7 +18,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from rail_fem.output.result import NAN, PassResult, load
+from rail_fem.result.result import NAN, PassResult, load
 from rail_fem.show.panels import Panel
 from rail_fem.studies.harness import OUT, Table, publish
 

@@ -6,7 +6,7 @@
 
 Forces rise and fall by half over some eighteen semi-axes of the patch, on virgin Mn13. Indentation is the approach
 beyond that of an elastic body. For each ellipsoid the best rate, onset and lag are found, and how far the law with the
-constants of rail_fem.light.plastic_indentation is off.
+constants of rail_fem.passes.plastic_indentation is off.
 
 Of explicit passes over the same crossing the wing's indentation is how much nearer the wheel comes at equal x than in
 the pass on the hard wing, less what the force alone changes, by the Hertz constants of the light models.
@@ -24,13 +24,13 @@ import typer
 from bem.material import Elastic, contact_modulus
 from bem.patch import Grid
 from bem.plastic.contact import PlasticHalfSpace
-from bem.plastic.hardening import Hardening
 from bem.plastic.rolling import PlasticTrack, agree_on
-from rail_fem.light.contact_table import contact_table, patch_sizes
-from rail_fem.light.plastic_indentation import LAG, ONSET, RATE, pressure_over_yield
-from rail_fem.light.plastic_rolling import point_zone
-from rail_fem.output.result import PassResult
-from rail_fem.output.result import load as load_result
+from bem.steel.hardening import Hardening
+from rail_fem.contact.contact_table import contact_table, patch_sizes
+from rail_fem.passes.plastic_indentation import LAG, ONSET, RATE, pressure_over_yield
+from rail_fem.passes.plastic_rolling import point_zone
+from rail_fem.result.result import PassResult
+from rail_fem.result.result import load as load_result
 from rail_fem.scene.steel import MN13
 from rail_fem.show.panels import Panel
 from rail_fem.studies.harness import OUT, QUICK, Table, publish

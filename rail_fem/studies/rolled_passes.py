@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bem.cycle_jumps import LEAST_FLOW, JumpRule
-from rail_fem.cyclic.law import CyclicLaw
-from rail_fem.cyclic.rolling_line import NoEquilibriumError, RollingHistory, rolling_line_contact
+from bem.plastic.rolling_line import NoEquilibriumError, RollingHistory, rolling_line_contact
+from bem.steel.cyclic_law import CyclicLaw
 from rail_fem.show.panels import Panel
 from rail_fem.studies.harness import Table
 

@@ -13,11 +13,11 @@ import typer
 
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.variations import VariationError
-from rail_fem.launcher import on_root
-from rail_fem.output.error_bars import ORDER, error_bars
-from rail_fem.output.extrapolation import Limit, limit_of
-from rail_fem.output.quantities import REPORTED, reported
-from rail_fem.output.result import PassResult, load
+from rail_fem.processes.launcher import on_root
+from rail_fem.result.error_bars import ORDER, error_bars
+from rail_fem.result.extrapolation import Limit, limit_of
+from rail_fem.result.quantities import REPORTED, reported
+from rail_fem.result.result import PassResult, load
 from rail_fem.run.job import JobError, run_case
 from rail_fem.settings.explicit import FeSettings
 

@@ -18,8 +18,8 @@ from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from geometry.surfaces.switch import Switch
 from geometry.wheelset import Wheelset, WheelsetError
-from rail_fem.atomic import write_text_atomically
-from rail_fem.light.load_sharing import MISSED, LoadedWheelset, equilibrium_under
+from rail_fem.contact.load_sharing import MISSED, LoadedWheelset, equilibrium_under
+from rail_fem.files.atomic import write_text_atomically
 from rail_fem.show.panels import Panel
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 

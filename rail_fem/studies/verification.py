@@ -22,9 +22,9 @@ from xml.etree import ElementTree
 import typer
 
 from bem.verification import estimates_study, orders, waves
-from rail_fem.atomic import write_text_atomically
+from rail_fem.files.atomic import write_text_atomically
+from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS, smoke_requested
-from rail_fem.output.markdown import markdown_table
 from rail_fem.studies.harness import OUT, QUICK
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -23,8 +23,8 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import SIDES, Track, Wheelset
-from rail_fem.atomic import write_text_atomically
-from rail_fem.light.load_sharing import LoadedWheelset, static_equilibrium
+from rail_fem.contact.load_sharing import LoadedWheelset, static_equilibrium
+from rail_fem.files.atomic import write_text_atomically
 from rail_fem.show.panels import Panel
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
 

@@ -10,11 +10,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rail_fem.atomic import write_text_atomically
 from rail_fem.case.estimate import estimate_run, memory_of
+from rail_fem.files.atomic import write_text_atomically
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.progress import STATUS_FILE, duration, read_status
-from rail_fem.output.result import PassResult, load
+from rail_fem.processes.progress import STATUS_FILE, duration, read_status
+from rail_fem.result.result import PassResult, load
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.sweeps.sweep import Job
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rail_fem.atomic import write_text_atomically
+from rail_fem.files.atomic import write_text_atomically
 from rail_fem.show.page import Part, document, heading, listed, remark, table
 from rail_fem.show.page_charts import Chart, curve, layout
 from rail_fem.show.style import CURVES, LINE_OF_MODEL

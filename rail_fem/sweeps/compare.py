@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
+from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.events import NEAR_END, force_peaks, stated_peaks
-from rail_fem.output.markdown import markdown_table
-from rail_fem.output.quantities import REPORTED
-from rail_fem.output.result import NAN, PassResult, Peak, load
-from rail_fem.output.runfolder import differences
+from rail_fem.result.events import NEAR_END, force_peaks, stated_peaks
+from rail_fem.result.quantities import REPORTED
+from rail_fem.result.result import NAN, PassResult, Peak, load
+from rail_fem.result.runfolder import differences
 
 # the formula's P2 is the force with which the wheel strikes, and it knows no bodies
 IMPACT, FIRST_IMPACT = ("impact_on_wheel", "p2"), ("first_impact_on_nose", "first_impact_on_wing", "p2")
@@ -29,7 +29,7 @@ class CompareError(ValueError):
 class ErrorMeasure:
     """How far a result is from the reference on their common path: `error(result, reference)` relative, NaN where one
     of them does not resolve
-    it. forces : names of the peaks it is about;  reported : its name among rail_fem.output.quantities.REPORTED"""
+    it. forces : names of the peaks it is about;  reported : its name among rail_fem.result.quantities.REPORTED"""
 
     meaning: str
     error: Callable[[PassResult, PassResult], float]

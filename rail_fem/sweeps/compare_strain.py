@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from rail_fem.output.markdown import markdown_table
-from rail_fem.output.quantities import BODIES
-from rail_fem.output.result import PassResult
+from rail_fem.files.markdown import markdown_table
+from rail_fem.result.quantities import BODIES
+from rail_fem.result.result import PassResult
 from rail_fem.show.metal import with_bar
 from rail_fem.sweeps.compare import Comparison, common_path
 

@@ -25,9 +25,9 @@ from pydantic import Field, model_validator
 from scipy.stats import binom, norm, qmc, t, truncnorm
 
 from rail_fem.case.variations import VariationError, field_of
+from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.markdown import markdown_table
-from rail_fem.output.result import PassResult
+from rail_fem.result.result import PassResult
 from rail_fem.scene.input_errors import quantity_of
 from rail_fem.scene.scene import Frozen
 from rail_fem.scene.series import DIGITS

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.result import PassResult
+from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import show
 from rail_fem.show.fields import CrossingFields, FieldsError, faces_from_above, read_crossing

@@ -3,11 +3,11 @@ those of another sweep of the same cases."""
 
 from __future__ import annotations
 
+from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.events import leg_flight
-from rail_fem.output.markdown import markdown_table
-from rail_fem.output.result import PassResult
-from rail_fem.output.runfolder import differences
+from rail_fem.result.events import leg_flight
+from rail_fem.result.result import PassResult
+from rail_fem.result.runfolder import differences
 from rail_fem.sweeps.sweep_report import FORCES, Results, forces_of, parts_of, shown
 from rail_fem.sweeps.trends import MEASURES, Published
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from rail_fem.case.variations import VariationError, field_of
-from rail_fem.output.quantities import two_now
-from rail_fem.output.result import PassResult
-from rail_fem.output.runfolder import MARK
+from rail_fem.result.quantities import two_now
+from rail_fem.result.result import PassResult
+from rail_fem.result.runfolder import MARK
 from rail_fem.scene.input_errors import quantity_of, suggest
 from rail_fem.scene.units import si_factor
 

@@ -3,10 +3,10 @@ thesis' table 7-5."""
 
 from __future__ import annotations
 
+from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
-from rail_fem.light.dip import trajectory_dip
-from rail_fem.light.p2 import p2_force, p2_increment, unsprung_mass
-from rail_fem.output.markdown import markdown_table
+from rail_fem.passes.dip import trajectory_dip
+from rail_fem.passes.p2 import p2_force, p2_increment, unsprung_mass
 from rail_fem.scene.scene import Scene
 from rail_fem.sweeps.compare import FIRST_IMPACT, IMPACT, peak
 from rail_fem.sweeps.sweep_report import Results

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.events import flights, stated_peaks
-from rail_fem.output.markdown import markdown_table
-from rail_fem.output.quantities import REPORTED
-from rail_fem.output.result import NAN, PassResult, Peak
-from rail_fem.output.versions import import_pandas, import_xarray
+from rail_fem.result.events import flights, stated_peaks
+from rail_fem.result.quantities import REPORTED
+from rail_fem.result.result import NAN, PassResult, Peak
+from rail_fem.result.versions import import_pandas, import_xarray
 from rail_fem.scene.units import SHOWN
 from rail_fem.sweeps.compare import core_seconds
 from rail_fem.sweeps.parameters import Values, asked_values, shown_value, title_of, varied_keys

@@ -25,12 +25,12 @@ from typing import Any
 import numpy as np
 from pydantic import Field, model_validator
 
-from rail_fem.atomic import write_text_atomically
 from rail_fem.case.casefile import Case, CaseError, load_case
 from rail_fem.case.casetext import CaseTextError, read_as, read_table
+from rail_fem.files.atomic import write_text_atomically
+from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.markdown import markdown_table
-from rail_fem.output.result import PassResult, load
+from rail_fem.result.result import PassResult, load
 from rail_fem.scene.scene import Frozen
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds, history_error

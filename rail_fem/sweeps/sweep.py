@@ -23,16 +23,16 @@ from typing import Any, TextIO
 from rail_fem.case.casefile import Case
 from rail_fem.case.estimate import available_memory, memory_of
 from rail_fem.case.variations import as_setting, vary_case
+from rail_fem.files import lock
 from rail_fem.hierarchy import MODELS
-from rail_fem.launcher import mpi_command, rank_environment
-from rail_fem.output import lock
-from rail_fem.output.progress import duration
-from rail_fem.output.result import load
-from rail_fem.output.runfolder import MARK, differences, digest, fingerprint, only_profile_differs, owned
-from rail_fem.pool import PROCESSES, Lost, Workers, each
+from rail_fem.processes.launcher import mpi_command, rank_environment
+from rail_fem.processes.pool import PROCESSES, Lost, Workers, each
+from rail_fem.processes.progress import duration
+from rail_fem.processes.stopping import end_with_parent
+from rail_fem.result.result import load
+from rail_fem.result.runfolder import MARK, differences, digest, fingerprint, only_profile_differs, owned
 from rail_fem.run.job import JobError, run_case
 from rail_fem.settings.light import unfit_parts
-from rail_fem.stopping import end_with_parent
 from rail_fem.sweeps.trends import CaseChanges
 
 FINISHED, FAILED, SKIPPED, ELSEWHERE = "finished", "FAILED", "finished before", "left to another sweep"

@@ -12,13 +12,13 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from rail_fem.atomic import write_text_atomically
 from rail_fem.case.variations import as_setting
+from rail_fem.files.atomic import write_text_atomically
+from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.markdown import markdown_table
-from rail_fem.output.result import PassResult
-from rail_fem.output.trust import GOOD
-from rail_fem.output.versions import versions
+from rail_fem.result.result import PassResult
+from rail_fem.result.trust import GOOD
+from rail_fem.result.versions import versions
 from rail_fem.show.reference import dip_figure, forces_figure
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds
@@ -45,7 +45,7 @@ OVER_LEG = {
 # panels beside which the source's largest force belongs, which is that on the nose
 PEAKS = ("impact on\nthe wheel", "largest force", "largest force\non the nose")
 BESIDE = ("rigid_hertz", "fe_full")  # models whose forces are drawn beneath one another
-UNKNOWN, DIRTY = "unknown", "-dirty"  # of commits, as rail_fem.output.versions.git_revision has them
+UNKNOWN, DIRTY = "unknown", "-dirty"  # of commits, as rail_fem.result.versions.git_revision has them
 COMPACT = 80  # dots per inch of a page for a repository
 
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from rail_fem.case.casefile import load_case
+from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.events import stated_peaks
-from rail_fem.output.markdown import markdown_table
-from rail_fem.output.quantities import REPORTED
-from rail_fem.output.result import NAN, PassResult, load
-from rail_fem.output.runfolder import differences
-from rail_fem.output.trust import verdict_words
+from rail_fem.result.events import stated_peaks
+from rail_fem.result.quantities import REPORTED
+from rail_fem.result.result import NAN, PassResult, load
+from rail_fem.result.runfolder import differences
+from rail_fem.result.trust import verdict_words
 from rail_fem.sweeps.compare import FIRST_IMPACT, IMPACT, core_seconds
 from rail_fem.sweeps.sweep import ELSEWHERE, FAILED, Outcome
 from rail_fem.sweeps.trends import CaseChanges

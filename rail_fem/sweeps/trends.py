@@ -39,12 +39,12 @@ from pydantic import Field, model_validator
 
 from geometry.path.wheel_path import WheelPath
 from rail_fem.case.casetext import read_as
+from rail_fem.contact.rigid import rigid_path
 from rail_fem.hierarchy import MODELS
-from rail_fem.light.rigid import rigid_path
-from rail_fem.output.events import first_maximum, flights, leg_flight, longest_flight
-from rail_fem.output.low_pass import filtered_force
-from rail_fem.output.quantities import REPORTED, two_now
-from rail_fem.output.result import NAN, PassResult
+from rail_fem.result.events import first_maximum, flights, leg_flight, longest_flight
+from rail_fem.result.low_pass import filtered_force
+from rail_fem.result.quantities import REPORTED, two_now
+from rail_fem.result.result import NAN, PassResult
 from rail_fem.scene.scene import Frozen
 from rail_fem.sweeps.compare import IMPACT, peak
 
@@ -61,7 +61,7 @@ class TrendError(ValueError):
 @dataclass(frozen=True)
 class Measure:
     """A number of a result, NaN where it is not resolved; value * factor is in `unit`. reported : its name among
-    rail_fem.output.quantities.REPORTED, under which a result has its error bar"""
+    rail_fem.result.quantities.REPORTED, under which a result has its error bar"""
 
     of: Callable[[PassResult], float]
     unit: str

@@ -11,8 +11,8 @@ from bem.plane.coulomb import Control
 from bem.plane.zone import NARROWEST, peak_sharpness
 from bem.verification.cases import CASES, LOAD, blocks
 from bem.verification.exact_problems import PIN_CLEARANCE, PIN_RADIUS, pin_and_hole
-from rail_fem.light.contact_pairs import plain_rail_pair
-from rail_fem.light.patch_methods import plain_rail_section
+from rail_fem.contact.contact_pairs import plain_rail_pair
+from rail_fem.contact.patch_methods import plain_rail_section
 
 ASKED = [0.03, 0.01, 0.002]
 

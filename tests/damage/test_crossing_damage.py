@@ -10,12 +10,12 @@ from typer.testing import CliRunner
 
 import rail_fem
 from rail_fem import cli
+from rail_fem.contact.contact_table import contact_table
 from rail_fem.damage.crossing import PatchOptions, pass_contacts, wear_field
 from rail_fem.damage.drivers import DRIVERS, sensitivities
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.strips import strip_angles, strip_creepages
 from rail_fem.damage.wear import dry_laws, worn_area
-from rail_fem.light.contact_table import contact_table
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
 LAWS = dry_laws(5e9)

@@ -19,7 +19,7 @@ from rail_fem.damage.traffic import WELD, Event
 from rail_fem.damage.worn_profile import WornOutError
 from rail_fem.damage.worn_surface import WornSurface
 from rail_fem.hierarchy import solve
-from rail_fem.pool import Pool, Workers
+from rail_fem.processes.pool import Pool, Workers
 from rail_fem.settings.damage import DamageSettings
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"

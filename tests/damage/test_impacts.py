@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
+from rail_fem.contact.contact_law import ContactLaw
+from rail_fem.contact.contact_table import contact_table
 from rail_fem.damage.impacts import impact_force, largest_impact
 from rail_fem.damage.sites import crossing_site
 from rail_fem.hierarchy import solve
-from rail_fem.light.contact_law import ContactLaw
-from rail_fem.light.contact_table import contact_table
-from rail_fem.light.plastic_indentation import contacts_of
-from rail_fem.light.vertical_dynamics import Masses, integrate
-from rail_fem.light.vertical_pass import LightPass, run_pass
+from rail_fem.passes.plastic_indentation import contacts_of
+from rail_fem.passes.vertical_dynamics import Masses, integrate
+from rail_fem.passes.vertical_pass import LightPass, run_pass
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_mix.toml"
 MIX = load_case(CASE)

@@ -11,9 +11,9 @@ from bem.halfspace.normal import normal_contact
 from bem.halfspace.tangential import rolling_contact
 from bem.material import STEEL
 from bem.patch import Creepage
+from rail_fem.contact.contact_table import contact_table, patch_sizes, surface_gap
 from rail_fem.damage.crossing import PatchOptions, table_contacts
 from rail_fem.damage.strips import plane_creepages, point_creepages
-from rail_fem.light.contact_table import contact_table, patch_sizes, surface_gap
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
 WING = 0

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from bem.exact.hertz import point_contact
 from bem.exact.kalker import check_ellipse
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.contact.contact_table import DEPTHS, VIRTUAL, equivalent_paraboloid, hertz_constants
 from rail_fem.damage.evolution import Stepping, evolve
 from rail_fem.damage.flowed_surface import flow_in_passes, spread_along, with_heaps
 from rail_fem.damage.groove import DEEPEST, FlowLaw, groove_strips, grooves, held_beyond
@@ -17,7 +18,6 @@ from rail_fem.damage.rolling import no_more_slender
 from rail_fem.damage.sites import crossing_site
 from rail_fem.damage.study_state import read_state, write_state
 from rail_fem.damage.worn_profile import WornOutError
-from rail_fem.light.contact_table import DEPTHS, VIRTUAL, equivalent_paraboloid, hertz_constants
 from rail_fem.scene.steel import GRADES
 
 CASES = Path(__file__).resolve().parents[2] / "cases" / "damage"

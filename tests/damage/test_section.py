@@ -17,6 +17,7 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Wheelset
 from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.contact.load_sharing import static_equilibrium
 from rail_fem.damage import study
 from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.patch_figure import points_of, shown_pass
@@ -27,7 +28,6 @@ from rail_fem.damage.sites import laws_of, stepping_of, switch_section
 from rail_fem.damage.summary import _seized, shortest_block, years_of
 from rail_fem.damage.wear import worn_area
 from rail_fem.damage.worn_profile import WornOutError, depth_between
-from rail_fem.light.load_sharing import static_equilibrium
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "switch_section.toml"
 QUICK = {"damage.cells": 20, "damage.switch.positions": 3}

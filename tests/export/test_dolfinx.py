@@ -13,7 +13,7 @@ from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS, find_rows
 from rail_fem.fe.compat import discontinuous, geometry_dofmap, original_cells
 from rail_fem.fe.domain import VTK_TO_DOLFINX
 from rail_fem.fe.hexahedron import volumes
-from rail_fem.output.fields import FieldsError
+from rail_fem.result.fields import FieldsError
 from tests.export.folder import OFFSET, SIDES, bend, write_run
 from tests.ranks import printed_by_ranks
 
@@ -170,7 +170,7 @@ def test_what_is_no_run_or_of_two_runs_is_refused_with_its_file(tmp_path):
         rail_fem.export_dolfinx(tmp_path, MPI.COMM_SELF, frame=7)
     with np.load(tmp_path / "mesh.npz") as stored:
         arrays = dict(stored)
-    from rail_fem.output.sealed import write_sealed
+    from rail_fem.files.sealed import write_sealed
 
     arrays.pop("seal")
     write_sealed(tmp_path / "mesh.npz", arrays | {"cells": arrays["cells"][:-1]}, {})

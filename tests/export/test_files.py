@@ -18,7 +18,7 @@ from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS, read_tagged
 from rail_fem.fe.compat import geometry_dofmap, vtx_writer
 from rail_fem.fe.domain import VTK_TO_DOLFINX
 from rail_fem.fe.hexahedron import volumes
-from rail_fem.output.fields import VTK_ORDER
+from rail_fem.result.fields import VTK_ORDER
 from tests.export.folder import write_run
 
 

@@ -14,10 +14,10 @@ from rail_fem.fe.domain import Domain
 from rail_fem.fe.mass_scaling import brick
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import build_passage, end_settling
+from rail_fem.fe.plan.mass_scaling import CUBE, GAIN, PATCH_PART, SHARE, SLOWNESS, quasi_static_step, static_patch
 from rail_fem.fe.running import running_of
 from rail_fem.fe.state import VISCOUS_WORK
 from rail_fem.fe.structure import Structure, cell_masses, critical_steps
-from rail_fem.light.mass_scaling import CUBE, GAIN, PATCH_PART, SHARE, SLOWNESS, quasi_static_step, static_patch
 from rail_fem.settings.explicit import FeSettings
 
 ROOT = Path(__file__).resolve().parents[2]

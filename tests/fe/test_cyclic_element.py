@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from bem.steel.cyclic_law import update
 from geometry.axes import as_tensor
 from geometry.meshing.blocks import mesh_box
 from geometry.meshing.hexmesh import merge_bodies
-from rail_fem.cyclic.law import update
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.checkpoint import element_state, restore_elements
 from rail_fem.fe.state import LANES

@@ -8,8 +8,8 @@ from rail_fem.case.examples import example
 from rail_fem.fe.contact.friction import material_flow
 from rail_fem.fe.lateral_guide import LateralGuide
 from rail_fem.fe.supports import RigidGroup, Supports
-from rail_fem.light.lateral_start import LateralStart, lateral_start
 from rail_fem.models import fe_full, rigid_hertz
+from rail_fem.passes.lateral_start import LateralStart, lateral_start
 
 ROUTE = {"radius": "645 m", "angle_of_attack": "3 mrad", "check_rail": "41 mm"}
 HELD = LateralStart(

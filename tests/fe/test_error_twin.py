@@ -10,9 +10,9 @@ import pytest
 from geometry.meshing.hexmesh import MeshError
 from rail_fem.case.casefile import load_case
 from rail_fem.models import fe_full
-from rail_fem.output.error_bars import CALIBRATED, calibrated_bars, error_bars
-from rail_fem.output.progress import Progress
-from rail_fem.output.result import load
+from rail_fem.processes.progress import Progress
+from rail_fem.result.error_bars import CALIBRATED, calibrated_bars, error_bars
+from rail_fem.result.result import load
 from rail_fem.settings.explicit import TWIN_COST, FeSettings
 from rail_fem.show.force import force_figure
 from rail_fem.show.report import result_report

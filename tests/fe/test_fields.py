@@ -15,9 +15,9 @@ from geometry.axes import as_tensor
 from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.fields import VTK_ORDER, write_frame
-from rail_fem.output.fields import FieldsError, read_fields
-from rail_fem.output.sealed import CHUNK
-from rail_fem.output.vtu_layout import HEXAHEDRON, VtuArray, compressed, lay_out, read_arrays
+from rail_fem.files.sealed import CHUNK
+from rail_fem.files.vtu_layout import HEXAHEDRON, VtuArray, compressed, lay_out, read_arrays
+from rail_fem.result.fields import FieldsError, read_fields
 from tests.fe.bodies import distort, place, structure_of
 from tests.fe.fields_job import OFFSET, TIME, bodies, motion
 from tests.fe.gathered import gather_cells

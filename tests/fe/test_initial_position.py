@@ -11,10 +11,10 @@ from geometry.path.wheel_path import rolling_radius
 from rail_fem.case.casefile import load_case
 from rail_fem.fe.initial_position import smallest_gap
 from rail_fem.fe.meshing import make_mesh
+from rail_fem.fe.plan import kept_meshes
 from rail_fem.fe.running import running_of
-from rail_fem.launcher import rank_count
-from rail_fem.light import kept_meshes
-from rail_fem.output.sealed import seal_of
+from rail_fem.files.sealed import seal_of
+from rail_fem.processes.launcher import rank_count
 from tests.ranks import printed_by_ranks, printed_here
 
 CASE = load_case(Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml")

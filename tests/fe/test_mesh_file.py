@@ -12,7 +12,7 @@ from rail_fem.case.preflight import preflight_errors
 from rail_fem.export.files import write_by_meshio
 from rail_fem.export.tagged import read_tagged
 from rail_fem.models import fe_full
-from rail_fem.output.runfolder import RunFolderError, digest, fingerprint, prepare_folder
+from rail_fem.result.runfolder import RunFolderError, digest, fingerprint, prepare_folder
 from rail_fem.studies.size_series import RunError, run_at
 from tests.rail_fem.test_casefile import GOOD
 

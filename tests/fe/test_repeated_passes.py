@@ -6,7 +6,7 @@ import pytest
 from rail_fem.case.casefile import load_case
 from rail_fem.models import fe_full
 from rail_fem.models.fe_full import Run
-from rail_fem.output.result import load
+from rail_fem.result.result import load
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.show.passes import passes_figure
 from rail_fem.show.report import result_report

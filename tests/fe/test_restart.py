@@ -22,8 +22,8 @@ from rail_fem.fe.run import Run
 from rail_fem.fe.running import running_of
 from rail_fem.fe.start_state import resting
 from rail_fem.fe.supports import Link, RigidGroup
+from rail_fem.files.sealed import SealError
 from rail_fem.models import fe_full
-from rail_fem.output.sealed import SealError
 from rail_fem.scene.steel import MN13
 from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_readme import ROOT

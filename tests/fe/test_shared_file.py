@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from rail_fem.atomic import remove_partial
 from rail_fem.fe.shared_file import SharedReader
-from rail_fem.output.sealed import read_sealed
+from rail_fem.files.atomic import remove_partial
+from rail_fem.files.sealed import read_sealed
 from tests.fe.shared_job import CELLS, IDENTITY, OWN, fields
 from tests.ranks import printed_by_ranks, run_on_ranks
 

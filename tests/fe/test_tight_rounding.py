@@ -13,8 +13,8 @@ from rail_fem.case.casefile import load_case
 from rail_fem.fe.contact.pairs import Pairs
 from rail_fem.fe.contact.projection import project_pairs
 from rail_fem.fe.contact.surface import edge_neighbours
+from rail_fem.fe.plan.fine_zone import crossing_spec
 from rail_fem.fe.running import running_of
-from rail_fem.light.fine_zone import crossing_spec
 from rail_fem.settings.explicit import FeSettings
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -12,8 +12,8 @@ from rail_fem.fe.diagnostics import deforming_share, penetration
 from rail_fem.fe.mass_scaling import MassScaling
 from rail_fem.fe.trust import BAD, GOOD, LIMITS, WARN, _static_row, balance_scale, judged, report_rows
 from rail_fem.models.fe_full import judged_over_passes
-from rail_fem.output.history import complete_history
-from rail_fem.output.trust import last_known, numerical_shares, trust_text, verdict_words
+from rail_fem.result.history import complete_history
+from rail_fem.result.trust import last_known, numerical_shares, trust_text, verdict_words
 from rail_fem.show.energies import resolved_shares
 from tests.fe.test_rebound import STEELS, throw
 from tests.rail_fem.surrogate_run import write_run

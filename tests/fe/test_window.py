@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
+from rail_fem.contact.contact_table import contact_table
 from rail_fem.fe.start_state import from_rigid_hertz, resting
-from rail_fem.light.contact_table import contact_table
-from rail_fem.light.plastic_indentation import contacts_of
-from rail_fem.light.vertical_dynamics import TRACK, WHEEL
-from rail_fem.light.vertical_pass import run_pass
 from rail_fem.models import fe_window
-from rail_fem.output.runfolder import differences, fingerprint
+from rail_fem.passes.plastic_indentation import contacts_of
+from rail_fem.passes.vertical_dynamics import TRACK, WHEEL
+from rail_fem.passes.vertical_pass import run_pass
+from rail_fem.result.runfolder import differences, fingerprint
 from rail_fem.settings.explicit import FeWindowSettings
 from rail_fem.settings.light import RigidHertzSettings
 

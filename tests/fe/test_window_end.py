@@ -7,12 +7,12 @@ import pytest
 
 from geometry.surfaces.crossing import CastCrossing
 from rail_fem.case.casefile import load_case
+from rail_fem.contact.rigid import ends_with_path, meshed_stretch
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import rail_slabs
+from rail_fem.fe.plan.fine_zone import PATCH_REACH
 from rail_fem.fe.running import running_of
 from rail_fem.fe.window import Extent
-from rail_fem.light.fine_zone import PATCH_REACH
-from rail_fem.light.rigid import ends_with_path, meshed_stretch
 from rail_fem.models import fe_full
 from rail_fem.settings.explicit import FeSettings
 

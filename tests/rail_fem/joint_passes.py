@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from bem.exact.hertz import tangent_stiffness
-from rail_fem.light.contact_table import contact_table
-from rail_fem.light.p2 import p2_increment
-from rail_fem.light.vertical_pass import run_pass
+from rail_fem.contact.contact_table import contact_table
 from rail_fem.models import rigid_hertz
 from rail_fem.models.lumped import one_contact
-from rail_fem.output.result import PassResult
+from rail_fem.passes.p2 import p2_increment
+from rail_fem.passes.vertical_pass import run_pass
+from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import LumpedSettings, RigidHertzSettings
 

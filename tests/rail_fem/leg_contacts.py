@@ -12,10 +12,10 @@ import numpy as np
 
 from geometry.path.path_search import BodySearch
 from geometry.profiles.profile import Profile
-from rail_fem.light.contact_table import BY_BODY, ContactTable, TableKey, fresh_table, table_key, table_of
-from rail_fem.light.plastic_indentation import contacts_of
-from rail_fem.light.vertical_pass import run_pass
-from rail_fem.output.events import Loss, lost_contact
+from rail_fem.contact.contact_table import BY_BODY, ContactTable, TableKey, fresh_table, table_key, table_of
+from rail_fem.passes.plastic_indentation import contacts_of
+from rail_fem.passes.vertical_pass import run_pass
+from rail_fem.result.events import Loss, lost_contact
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import RigidHertzSettings
 

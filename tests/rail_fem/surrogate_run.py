@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.meshing.blocks import mesh_cap, mesh_grid
 from geometry.meshing.hexmesh import HexMesh, merge_bodies
-from rail_fem.output.result import PassResult
+from rail_fem.result.result import PassResult
 from tests.rail_fem.test_scene import make_scene
 
 TRANSFER = 0.350

@@ -10,10 +10,10 @@ from bem.material import STEEL, contact_modulus
 from geometry.profiles.profile import Profile, arc
 from geometry.surfaces.crossing import CastCrossing
 from rail_fem.case.casefile import load_case
-from rail_fem.light.contact_pairs import ContactPairError, pair_at
-from rail_fem.light.contact_table import table_key, table_of
-from rail_fem.light.validity import SolvedContact, law_flags
+from rail_fem.contact.contact_pairs import ContactPairError, pair_at
+from rail_fem.contact.contact_table import table_key, table_of
 from rail_fem.models import bem_passage, rigid_hertz
+from rail_fem.passes.validity import SolvedContact, law_flags
 from rail_fem.settings.light import BemPassageSettings
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -7,19 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bem.plastic.hardening import Hardening
-from bem.plastic.nonlinear_kinematic import NonlinearKinematic
+from bem.steel.hardening import Hardening
+from bem.steel.nonlinear_kinematic import NonlinearKinematic
 from geometry.surfaces.bodies import REGIONS
 from rail_fem.case.casefile import load_case
+from rail_fem.contact.contact_pairs import ContactPair
+from rail_fem.files.sealed import SealError
 from rail_fem.hierarchy import solve
-from rail_fem.light.contact_pairs import ContactPair
-from rail_fem.light.plastic_fields import metal_of
-from rail_fem.light.plastic_rolling import Flow, SolvedStation, Station, flow_in, surface_fall
 from rail_fem.models.bem_plastic import flow_flags, hardening_of, strain_bars
-from rail_fem.output.fields import field_file, read_fields
-from rail_fem.output.parts import parts_between
-from rail_fem.output.result import load
-from rail_fem.output.sealed import SealError
+from rail_fem.passes.plastic_fields import metal_of
+from rail_fem.passes.plastic_rolling import Flow, SolvedStation, Station, flow_in, surface_fall
+from rail_fem.result.fields import field_file, read_fields
+from rail_fem.result.parts import parts_between
+from rail_fem.result.result import load
 from rail_fem.scene.steel import cyclic_steel
 from rail_fem.show.fields import read_crossing
 

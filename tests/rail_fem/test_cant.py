@@ -6,7 +6,7 @@ import pytest
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.light.load_sharing import equilibrium_under
+from rail_fem.contact.load_sharing import equilibrium_under
 
 LOAD = 98.15e3 / 2  # thesis Table 3-1 [N]
 

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.output.runfolder import fingerprint
+from rail_fem.result.runfolder import fingerprint
 from rail_fem.scene.steel import GRADES
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.settings.light import BemPlasticSettings, RigidHertzSettings

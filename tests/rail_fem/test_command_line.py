@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rail_fem.commands.ending import EXIT_CODES
-from rail_fem.output.strict_json import dumps, nan_for_none, to_plain
+from rail_fem.files.strict_json import dumps, nan_for_none, to_plain
 from tests.commands import call
 from tests.ranks import run_on_ranks
 

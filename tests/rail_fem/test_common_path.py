@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 from rail_fem import cli
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings
-from rail_fem.light.rigid import CLEAR, FOLLOW, LEAD, rigid_path, with_window
-from rail_fem.output.result import load
+from rail_fem.contact.rigid import CLEAR, FOLLOW, LEAD, rigid_path, with_window
+from rail_fem.result.result import load
 from rail_fem.scene.scene import Crossing
 from rail_fem.scene.units import si_factor
 from rail_fem.settings.explicit import COMMON_WINDOW, FeSettings, FeWindowSettings

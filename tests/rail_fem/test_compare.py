@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.case.casefile import load_case
-from rail_fem.output.events import force_peaks
-from rail_fem.output.result import Cost, PassResult, Peak
+from rail_fem.result.events import force_peaks
+from rail_fem.result.result import Cost, PassResult, Peak
 from rail_fem.sweeps.compare import (
     QUANTITIES,
     CompareError,

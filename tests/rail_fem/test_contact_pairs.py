@@ -6,8 +6,8 @@ import pytest
 
 from bem.material import Elastic
 from geometry.profiles.profile import Profile, arc, line
-from rail_fem.light.contact_pairs import ContactPairError, bring_together, plain_rail_pair
-from rail_fem.light.patch_methods import plain_rail_section
+from rail_fem.contact.contact_pairs import ContactPairError, bring_together, plain_rail_pair
+from rail_fem.contact.patch_methods import plain_rail_section
 
 CONE = Profile.from_pieces([line((-0.05, -0.05 / 20), (0.05, 0.05 / 20), 1e-3)], "cone 1:20")
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from bem.exact.hertz import contact_stiffness
-from rail_fem.light.contact_table import equivalent_paraboloid, hertz_constants
+from rail_fem.contact.contact_table import equivalent_paraboloid, hertz_constants
 
 
 def test_the_centre_of_pressure_lies_where_there_is_metal():

@@ -12,7 +12,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.models import lumped
-from rail_fem.output.result import Cost
+from rail_fem.result.result import Cost
 from rail_fem.show.report import result_report
 from rail_fem.sweeps.compare import compare, core_seconds, table
 

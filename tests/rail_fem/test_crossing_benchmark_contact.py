@@ -16,7 +16,7 @@ from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.lofted_rail import RailSurface
 from geometry.surfaces.sections import SectionCrossing
 from geometry.wheelset import Track, Wheelset
-from rail_fem.light.load_sharing import static_equilibrium
+from rail_fem.contact.load_sharing import static_equilibrium
 from tests.outside import needs, outside
 
 MM = 1e-3

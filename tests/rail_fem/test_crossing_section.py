@@ -10,7 +10,7 @@ from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings
 from rail_fem.models import rigid_hertz
-from rail_fem.output.result import load
+from rail_fem.result.result import load
 from rail_fem.scene.base import KEPT_SECTIONS as KEPT
 from rail_fem.scene.crossing import NAMED_CASTINGS
 from rail_fem.scene.scene import Crossing, Scene

@@ -6,10 +6,10 @@ from scipy.integrate import solve_ivp
 
 from bem.cycle_jumps import VERDICTS
 from bem.material import first_loading
-from rail_fem.cyclic.closed_forms import back_stress, ratchet_strain, stress_amplitude
-from rail_fem.cyclic.law import cyclic_law, equivalent
-from rail_fem.cyclic.paths import UNIAXIAL_STRAIN, at_rest, march, uniaxial_cycles
-from rail_fem.cyclic.rolling_line import rolling_line_contact
+from bem.plastic.rolling_line import rolling_line_contact
+from bem.steel.closed_forms import back_stress, ratchet_strain, stress_amplitude
+from bem.steel.cyclic_law import cyclic_law, equivalent
+from bem.steel.paths import UNIAXIAL_STRAIN, at_rest, march, uniaxial_cycles
 from tests.order import assert_order
 
 YOUNG, POISSON, YIELD = 210e9, 0.3, 300e6

@@ -11,7 +11,7 @@ from rail_fem.design import search as search_module
 from rail_fem.design.problem import DesignError, read_design
 from rail_fem.design.search import TRIALS, SearchRecord, rounded, search
 from rail_fem.design.shape import shape_difference, told
-from rail_fem.pool import Workers
+from rail_fem.processes.pool import Workers
 from tests.rail_fem.test_casefile import ROOT
 
 HERE = Workers(1)  # no process of its own

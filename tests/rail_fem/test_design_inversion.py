@@ -14,8 +14,8 @@ from rail_fem.design.posterior import known_by_trials, sample
 from rail_fem.design.problem import DesignError, read_design
 from rail_fem.design.proof import ProofRun, ProvenShape
 from rail_fem.design.search import Trial
-from rail_fem.output.result import Peak
-from rail_fem.pool import Workers
+from rail_fem.processes.pool import Workers
+from rail_fem.result.result import Peak
 from tests.rail_fem.test_casefile import ROOT
 from tests.rail_fem.test_error_bars import at_size
 

@@ -15,7 +15,7 @@ from rail_fem.design.proof import ProofRun, ProvenShape, shapes
 from rail_fem.design.proof_report import proof_report
 from rail_fem.design.rounds import search_and_prove
 from rail_fem.design.search import Trial, search, trials_of
-from rail_fem.output.result import Peak
+from rail_fem.result.result import Peak
 from tests.rail_fem.test_design import CHECK, HERE, design
 from tests.rail_fem.test_error_bars import at_size
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
-from rail_fem.light.contact_law import ContactLaw
-from rail_fem.light.dip import trajectory_dip
-from rail_fem.light.p2 import p1_force, p2_force, p2_increment
-from rail_fem.light.vertical_dynamics import Masses, integrate
-from rail_fem.output.result import PassResult
+from rail_fem.contact.contact_law import ContactLaw
+from rail_fem.passes.dip import trajectory_dip
+from rail_fem.passes.p2 import p1_force, p2_force, p2_increment
+from rail_fem.passes.vertical_dynamics import Masses, integrate
+from rail_fem.result.result import PassResult
 from tests.rail_fem.test_scene import make_scene
 
 ROOT = Path(__file__).resolve().parents[2]

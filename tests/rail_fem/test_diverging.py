@@ -8,10 +8,10 @@ import pytest
 from rail_fem.case.casefile import load_case
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.hierarchy import solve
-from rail_fem.light.lateral_equilibrium import lateral_equilibrium
-from rail_fem.light.lateral_start import lateral_start
-from rail_fem.light.wheelset_dynamics import HEIGHT, LATERAL, ROLL, YAW, for_kernels, static_forces
 from rail_fem.models import rigid_hertz
+from rail_fem.passes.lateral_equilibrium import lateral_equilibrium
+from rail_fem.passes.lateral_start import lateral_start
+from rail_fem.passes.wheelset_dynamics import HEIGHT, LATERAL, ROLL, YAW, for_kernels, static_forces
 from rail_fem.scene.scene import GRAVITY
 from tests.rail_fem.test_wheelset_dynamics import ARM, CONE, LOAD, RADIUS, cones
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rail_fem.case.preflight import preflight_errors
-from rail_fem.output.error_bars import (
+from rail_fem.result.error_bars import (
     CALIBRATED,
     FIRST_ORDER_SAFETY,
     ORDER,
@@ -19,8 +19,8 @@ from rail_fem.output.error_bars import (
     kind,
     why_not_calibrated,
 )
-from rail_fem.output.quantities import REPORTED, reported
-from rail_fem.output.result import PassResult, Peak, load
+from rail_fem.result.quantities import REPORTED, reported
+from rail_fem.result.result import PassResult, Peak, load
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.show.report import result_report
 from tests.rail_fem.test_scene import make_scene

@@ -10,7 +10,7 @@ from rail_fem.case import estimate
 from rail_fem.case.casefile import load_case
 from rail_fem.case.estimate import critical_step, estimate_run, impossible
 from rail_fem.case.warnings import fe_warnings, scene_warnings
-from rail_fem.light.mass_scaling import static_patch
+from rail_fem.fe.plan.mass_scaling import static_patch
 from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_scene import make_scene
 

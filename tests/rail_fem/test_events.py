@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from bem.exact.hertz import tangent_stiffness
-from rail_fem.light.contact_table import contact_table
-from rail_fem.output.events import (
+from rail_fem.contact.contact_table import contact_table
+from rail_fem.result.events import (
     IMPACT,
     OPEN,
     SHARE,
@@ -18,7 +18,7 @@ from rail_fem.output.events import (
     lost_contact,
     transfer_position,
 )
-from rail_fem.output.result import PassResult
+from rail_fem.result.result import PassResult
 from tests.rail_fem.test_scene import make_scene
 
 LOAD = 1e5

@@ -10,7 +10,7 @@ from matplotlib.text import Text
 from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.hierarchy import solve
-from rail_fem.output.result import PassResult
+from rail_fem.result.result import PassResult
 from rail_fem.show.energies import LINES, SHARES
 from rail_fem.show.force import force_figure
 from rail_fem.show.patches import patches_figure

@@ -14,11 +14,11 @@ import pytest
 from matplotlib.transforms import Bbox
 
 from geometry.meshing.blocks import mesh_grid
-from rail_fem.light.pass_result import pressure_peaks
-from rail_fem.output.events import lost_contact, settling_end, stated_peaks
-from rail_fem.output.fields import field_file, read_fields
-from rail_fem.output.result import PassResult, PatchSummary, Peak
-from rail_fem.output.trust import largest_internal
+from rail_fem.passes.pass_result import pressure_peaks
+from rail_fem.result.events import lost_contact, settling_end, stated_peaks
+from rail_fem.result.fields import field_file, read_fields
+from rail_fem.result.result import PassResult, PatchSummary, Peak
+from rail_fem.result.trust import largest_internal
 from rail_fem.show.creep import creep_figure
 from rail_fem.show.energies import energies_figure
 from rail_fem.show.fields import FieldsError, cut_at, depth_below, faces_from_above, read_crossing

@@ -5,9 +5,9 @@ import pytest
 from typer.testing import CliRunner
 
 import rail_fem
-from rail_fem.atomic import write_text_atomically
 from rail_fem.cli import app
-from rail_fem.output.low_pass import low_pass
+from rail_fem.files.atomic import write_text_atomically
+from rail_fem.result.low_pass import low_pass
 
 
 def command(*words) -> tuple[int, str]:

@@ -10,8 +10,8 @@ from geometry.axes import RAIL_DEPTH
 from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.hierarchy import MODELS, solve
-from rail_fem.light.track_beam import track_beam
-from rail_fem.output.result import Peak, load
+from rail_fem.passes.track_beam import track_beam
+from rail_fem.result.result import Peak, load
 from rail_fem.run.form import SIMPLIFICATIONS, form, on_bearers
 from rail_fem.run.job import run_case
 from rail_fem.scene.wheel_body import WheelBody

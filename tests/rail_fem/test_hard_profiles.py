@@ -10,7 +10,7 @@ from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile, worn
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.light.load_sharing import static_equilibrium
+from rail_fem.contact.load_sharing import static_equilibrium
 
 MM = 1e-3
 WHEEL, RAIL = wheel_profile("P8"), rail_head("56E1", 1 / 20)

@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 from rail_fem import cli, hierarchy
 from rail_fem.case import estimate
-from rail_fem.output.progress import read_status
-from rail_fem.output.result import load
+from rail_fem.processes.progress import read_status
+from rail_fem.result.result import load
 from rail_fem.run import job
 from rail_fem.scene.scene import GRAVITY
 from tests.rail_fem.toy_model import ToySettings

@@ -12,7 +12,7 @@ from geometry.surfaces.crossing import CrossingError
 from geometry.surfaces.joint import Joint, joint_rail
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.models import lumped, p2_formula, rigid_hertz
-from rail_fem.output.low_pass import filtered_peak
+from rail_fem.result.low_pass import filtered_peak
 from rail_fem.settings.light import LumpedSettings, P2Settings, RigidHertzSettings
 from tests.rail_fem.joint_passes import (
     FILTERED,

@@ -12,9 +12,9 @@ import kernel_cache
 from geometry.meshing import blocks
 from geometry.meshing.blocks import mesh_cap
 from rail_fem.case.estimate import MESHING, estimate_run, foretold
-from rail_fem.light import kept_meshes
-from rail_fem.light.kept_meshes import body_meshes, is_kept, kept
-from rail_fem.light.rigid import anchored_path, meshed_stretch
+from rail_fem.contact.rigid import anchored_path, meshed_stretch
+from rail_fem.fe.plan import kept_meshes
+from rail_fem.fe.plan.kept_meshes import body_meshes, is_kept, kept
 from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_scene import make_scene
 

@@ -4,11 +4,11 @@ import sys
 
 import pytest
 
-from rail_fem import launcher
+from rail_fem.processes import launcher
 from tests.ranks import HANGS
 
 BROADCAST = """
-from rail_fem import launcher
+from rail_fem.processes import launcher
 calls = []
 value = launcher.on_root(lambda: calls.append(1) or launcher.rank_count())
 def refuse():
@@ -47,7 +47,7 @@ def run(command, **options):
 
 def test_without_a_launcher_there_is_one_rank_and_no_mpi():
     code = (
-        "import sys; from rail_fem import launcher; print(launcher.rank(), launcher.rank_count(),"
+        "import sys; from rail_fem.processes import launcher; print(launcher.rank(), launcher.rank_count(),"
         " launcher.on_root(lambda: 5), 'mpi4py' in sys.modules)"
     )
     assert run([sys.executable, "-c", code], check=True).stdout.split() == ["0", "1", "5", "False"]

@@ -10,13 +10,13 @@ from bem.exact.hertz import contact_stiffness, point_contact
 from geometry.path.wheel_path import wheel_path
 from geometry.surfaces.crossing import CastCrossing
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.light.contact_table import contact_table, equivalent_paraboloid, hertz_constants, patch_sizes
-from rail_fem.light.plastic_indentation import contacts_of
-from rail_fem.light.validity import hertz_flags
-from rail_fem.light.vertical_dynamics import integrate
-from rail_fem.light.vertical_pass import run_pass
+from rail_fem.contact.contact_table import contact_table, equivalent_paraboloid, hertz_constants, patch_sizes
 from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
-from rail_fem.output.result import PatchSummary
+from rail_fem.passes.plastic_indentation import contacts_of
+from rail_fem.passes.validity import hertz_flags
+from rail_fem.passes.vertical_dynamics import integrate
+from rail_fem.passes.vertical_pass import run_pass
+from rail_fem.result.result import PatchSummary
 from rail_fem.settings.light import LumpedSettings, P2Settings, RigidHertzSettings
 from tests.order import assert_order
 

@@ -19,7 +19,7 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.light.load_sharing import STEEL_MODULUS, side_held, static_equilibrium
+from rail_fem.contact.load_sharing import STEEL_MODULUS, side_held, static_equilibrium
 from tests.geometry.lofted_rails import RADIUS, on_left, sphere, surface
 from tests.rail_fem.noisy_wheels import noisy_p8
 

@@ -20,8 +20,8 @@ from geometry.profiles.profile import Profile
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile, worn
 from geometry.wheelset import Track, Wheelset
-from rail_fem.light.contact_pairs import pair_at, plain_rail
-from rail_fem.light.load_sharing import LoadedSide, side_held
+from rail_fem.contact.contact_pairs import pair_at, plain_rail
+from rail_fem.contact.load_sharing import LoadedSide, side_held
 
 MM, UM = 1e-3, 1e-6
 STEEL = Elastic(210e9, 0.3)

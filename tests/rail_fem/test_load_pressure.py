@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from rail_fem.light.load_pressure import HIGH, LOW, NZ, RESIDUAL, STRIP, WIDTH, X, Y, Z, influence, solve_cells
-from rail_fem.light.strip_influence import LINE, NEAR, ROWS, corner, fill_pair
+from rail_fem.contact.load_pressure import HIGH, LOW, NZ, RESIDUAL, STRIP, WIDTH, X, Y, Z, influence, solve_cells
+from rail_fem.contact.strip_influence import LINE, NEAR, ROWS, corner, fill_pair
 
 MODULUS = 115e9
 

@@ -9,7 +9,7 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import Track, Wheelset
-from rail_fem.light.load_sharing import side_held, static_equilibrium
+from rail_fem.contact.load_sharing import side_held, static_equilibrium
 
 MM = 1e-3
 

@@ -15,9 +15,9 @@ from geometry.profiles.profile import Profile, arc, line
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.light.contact_pairs import plain_rail_pair
-from rail_fem.light.load_kernel import loaded_side
-from rail_fem.light.load_sharing import (
+from rail_fem.contact.contact_pairs import plain_rail_pair
+from rail_fem.contact.load_kernel import loaded_side
+from rail_fem.contact.load_sharing import (
     STEEL_MODULUS,
     _between_bounds,
     equilibrium_under,

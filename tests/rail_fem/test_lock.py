@@ -10,14 +10,14 @@ import sys
 
 import pytest
 
-from rail_fem.output import lock
-from rail_fem.output.runfolder import RunFolderError, fingerprint, held, prepare_folder
+from rail_fem.files import lock
+from rail_fem.result.runfolder import RunFolderError, fingerprint, held, prepare_folder
 from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_scene import make_scene
 from tests.ranks import HANGS
 
 CASE = fingerprint("fe_full", make_scene(), FeSettings(element_size="1.5 mm"))
-HOLD = "import sys, time\nfrom rail_fem.output import lock\nprint(lock.take(sys.argv[1]), flush=True)\ntime.sleep(60)"
+HOLD = "import sys, time\nfrom rail_fem.files import lock\nprint(lock.take(sys.argv[1]), flush=True)\ntime.sleep(60)"
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
-from rail_fem.light.load_sharing import static_equilibrium
+from rail_fem.contact.load_sharing import static_equilibrium
 from tests.outside import found
 
 FILE = "formats/MBench_UIC60_v3.prr"

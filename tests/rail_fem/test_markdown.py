@@ -2,7 +2,7 @@
 
 import pytest
 
-from rail_fem.output.markdown import markdown_table
+from rail_fem.files.markdown import markdown_table
 
 
 def test_a_table_has_a_rule_and_a_line_for_each_row():

@@ -6,7 +6,7 @@ import zlib
 import numpy as np
 import pytest
 
-from rail_fem.output.npz_layout import directory, head, joined, lay_out, members_of
+from rail_fem.files.npz_layout import directory, head, joined, lay_out, members_of
 
 ARRAYS = {
     "nodal/x": np.random.default_rng(1).normal(size=(50, 3)),

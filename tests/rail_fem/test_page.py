@@ -12,8 +12,8 @@ import pytest
 
 from rail_fem import load_case, load_result, load_sweep, plot_sweep
 from rail_fem.case.template import written
+from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.markdown import markdown_table
 from rail_fem.show.page import write_page
 from rail_fem.show.page_charts import packed, thinned
 from rail_fem.show.report import headlines

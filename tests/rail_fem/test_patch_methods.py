@@ -2,7 +2,7 @@
 
 import pytest
 
-from rail_fem.light.patch_methods import THESIS_ROWS, method_rows, table, thesis_pair
+from rail_fem.contact.patch_methods import THESIS_ROWS, method_rows, table, thesis_pair
 
 
 def test_the_thesis_figures_are_those_of_a_head_with_a_wide_crown_arc():

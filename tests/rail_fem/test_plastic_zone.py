@@ -5,8 +5,8 @@ import pytest
 from scipy.special import erf
 
 from geometry.meshing.blocks import mesh_box
-from rail_fem.output import plastic_zone as module
-from rail_fem.output.plastic_zone import BLOCK, LEVELS, NAMES, plastic_zone, worst_mean
+from rail_fem.result import plastic_zone as module
+from rail_fem.result.plastic_zone import BLOCK, LEVELS, NAMES, plastic_zone, worst_mean
 
 MM = 1e-3
 

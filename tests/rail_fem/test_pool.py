@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from rail_fem.pool import Lost, Pool, PoolError, Workers, each, executor
-from rail_fem.stopping import ENDING
+from rail_fem.processes.pool import Lost, Pool, PoolError, Workers, each, executor
+from rail_fem.processes.stopping import ENDING
 
 
 def square(number: float) -> float:

@@ -6,9 +6,9 @@ import threading
 
 import pytest
 
-from rail_fem.output import lock
-from rail_fem.output import progress as module
-from rail_fem.output.progress import Progress, duration, read_status, write_status
+from rail_fem.files import lock
+from rail_fem.processes import progress as module
+from rail_fem.processes.progress import Progress, duration, read_status, write_status
 
 
 class Terminal(io.StringIO):

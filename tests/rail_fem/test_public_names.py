@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 import bem
 import geometry
 import rail_fem
-from rail_fem.output.history import COLUMNS
+from rail_fem.result.history import COLUMNS
 from rail_fem.scene.units import root_units, si_factor
 
 ROOT = Path(__file__).resolve().parents[2]

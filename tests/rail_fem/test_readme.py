@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from rail_fem import launcher
-from rail_fem.output.progress import read_status
-from rail_fem.output.result import load
+from rail_fem.processes import launcher
+from rail_fem.processes.progress import read_status
+from rail_fem.result.result import load
 from tests.commands import call
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -112,7 +112,7 @@ def test_the_command_on_several_ranks_is_that_of_the_main_job():
     program = re.compile(r"\S*python (.*rail_fem run) ")
     script = (ROOT / "run.sh").read_text(encoding="utf-8")
     assert program.search(RANKS)[1] in script.splitlines()[-1]
-    assert f"rail_fem.launcher {RANKS.split()[2]})" in script
+    assert f"rail_fem.processes.launcher {RANKS.split()[2]})" in script
 
 
 @needs_model

@@ -4,12 +4,12 @@ import os
 import numpy as np
 import pytest
 
-from rail_fem.output import events
-from rail_fem.output.events import stated_peaks
-from rail_fem.output.fields import FieldsError
-from rail_fem.output.history import COLUMNS, complete_history
-from rail_fem.output.quantities import FORCES, REPORTED, reported
-from rail_fem.output.result import RESULT_VERSION, Cost, PassResult, PatchSummary, Peak, load
+from rail_fem.result import events
+from rail_fem.result.events import stated_peaks
+from rail_fem.result.fields import FieldsError
+from rail_fem.result.history import COLUMNS, complete_history
+from rail_fem.result.quantities import FORCES, REPORTED, reported
+from rail_fem.result.result import RESULT_VERSION, Cost, PassResult, PatchSummary, Peak, load
 from rail_fem.scene.units import si_factor
 from rail_fem.sweeps.compare import IMPACT, peak
 from rail_fem.sweeps.sweep_report import forces_of

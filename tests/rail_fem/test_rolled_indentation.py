@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
-from rail_fem.light.contact_table import contact_table
+from rail_fem.contact.contact_table import contact_table
 from rail_fem.models import rigid_hertz
 from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.studies.rolled_indentation import WORN_WING, RolledOver, by_law, fitted, of_pass, off_by, roll, roll_wave

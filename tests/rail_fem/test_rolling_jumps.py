@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from bem.cycle_jumps import JumpRule
-from rail_fem.cyclic.law import cyclic_law
-from rail_fem.cyclic.rolling_line import rolling_line_contact
+from bem.plastic.rolling_line import rolling_line_contact
+from bem.steel.cyclic_law import cyclic_law
 from rail_fem.studies.rolled_passes import roll, table
 
 YOUNG, POISSON, YIELD, HALF_WIDTH = 210e9, 0.3, 300e6, 5e-3

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
-from rail_fem.light.contact_table import table_key, table_of
-from rail_fem.light.track_beam import track_beam
+from rail_fem.contact.contact_table import table_key, table_of
 from rail_fem.models import rigid_hertz
-from rail_fem.output.events import leg_flight, longest_flight
+from rail_fem.passes.track_beam import track_beam
+from rail_fem.result.events import leg_flight, longest_flight
 from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.sweeps.rows import cases_of, read_rows, rows_table
 from rail_fem.sweeps.trends import MEASURES, TrendError, over_leg

@@ -3,7 +3,7 @@ import stat
 
 import pytest
 
-from rail_fem.output.runfolder import MARK, RunFolderError, fingerprint, prepare_folder
+from rail_fem.result.runfolder import MARK, RunFolderError, fingerprint, prepare_folder
 from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_scene import make_scene
 

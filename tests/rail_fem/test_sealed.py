@@ -5,7 +5,7 @@ import io
 import numpy as np
 import pytest
 
-from rail_fem.output.sealed import SealError, read_sealed, write_sealed
+from rail_fem.files.sealed import SealError, read_sealed, write_sealed
 
 ARRAYS = {
     "points": np.random.default_rng(1).normal(size=(500, 3)),

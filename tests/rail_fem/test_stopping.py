@@ -8,14 +8,14 @@ import time
 
 import pytest
 
-from rail_fem import launcher
-from rail_fem.output import lock
-from rail_fem.output.progress import GO_ON, read_status
-from rail_fem.output.result import load
+from rail_fem.files import lock
+from rail_fem.processes import launcher
+from rail_fem.processes.progress import GO_ON, read_status
+from rail_fem.result.result import load
 from tests.rail_fem.test_job import ON_RANKS, ROOT, call, case, drawn_case  # noqa: F401
 from tests.ranks import HANGS
 
-ALONE = "from rail_fem import stopping\nstopping.listen()\n" + ON_RANKS
+ALONE = "from rail_fem.processes import stopping\nstopping.listen()\n" + ON_RANKS
 BUSY = {  # what the main thread does while the signal comes
     "python": "while True: pass",
     "sleep": "time.sleep(60)",
@@ -25,10 +25,10 @@ BUSY = {  # what the main thread does while the signal comes
 RUN = """
 import sys, time
 from pathlib import Path
-from rail_fem import stopping
+from rail_fem.processes import stopping
 stopping.listen()
-from rail_fem.output.progress import Progress
-from rail_fem.output.runfolder import held
+from rail_fem.processes.progress import Progress
+from rail_fem.result.runfolder import held
 folder = Path(sys.argv[1])
 with held(folder), Progress(folder, stream=open("/dev/null", "w")) as progress:
     print("begun", flush=True)
@@ -36,8 +36,8 @@ with held(folder), Progress(folder, stream=open("/dev/null", "w")) as progress:
 """
 POOL = """
 import time
-from rail_fem import stopping
-from rail_fem.pool import executor
+from rail_fem.processes import stopping
+from rail_fem.processes.pool import executor
 stopping.listen()
 pool = executor(1)
 print(pool.submit(pow, 2, 3).result(), flush=True)
@@ -109,7 +109,7 @@ def test_stop_before_anything_is_there_says_so(started, tmp_path):
         [
             sys.executable,
             "-c",
-            "from rail_fem import stopping\nstopping.listen()\nprint('begun', flush=True)\nimport time\ntime.sleep(60)",
+            "from rail_fem.processes import stopping\nstopping.listen()\nprint('begun', flush=True)\nimport time\ntime.sleep(60)",
         ]
     )
     assert run.stdout.readline() == "begun\n"
@@ -120,7 +120,7 @@ def test_stop_before_anything_is_there_says_so(started, tmp_path):
 
 def test_what_the_program_was_started_to_ignore_it_ignores():
     code = (
-        "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\nfrom rail_fem import"
+        "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\nfrom rail_fem.processes import"
         " stopping\nstopping.listen()\nimport os, time; os.kill(os.getpid(), 2); time.sleep(0.2); print('here')"
     )
     assert (

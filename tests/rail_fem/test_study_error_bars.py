@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rail_fem.output.quantities import REPORTED
-from rail_fem.output.result import Peak
+from rail_fem.result.quantities import REPORTED
+from rail_fem.result.result import Peak
 from rail_fem.studies import error_bars as held_out_bars
 from rail_fem.studies.error_bars import Held, held
 from tests.rail_fem.test_error_bars import FORCE, MM, at_size

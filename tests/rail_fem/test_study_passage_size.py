@@ -8,10 +8,10 @@ import pytest
 from typer import BadParameter
 
 from rail_fem.case.casefile import load_case
-from rail_fem.output.error_bars import error_bars
-from rail_fem.output.extrapolation import limit_of, observed_order
-from rail_fem.output.quantities import REPORTED
-from rail_fem.output.result import Cost
+from rail_fem.result.error_bars import error_bars
+from rail_fem.result.extrapolation import limit_of, observed_order
+from rail_fem.result.quantities import REPORTED
+from rail_fem.result.result import Cost
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.studies import passage_size, size_series
 from rail_fem.sweeps.rows import read_rows

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rail_fem.output.result import PassResult, load
+from rail_fem.result.result import PassResult, load
 from rail_fem.studies.repeated_passes import added, factors, falls, main, steel_of, table
 from tests.rail_fem.test_scene import CYCLIC, make_scene
 

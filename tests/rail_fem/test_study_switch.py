@@ -11,7 +11,7 @@ from geometry.profiles.rail import gauge_face
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.switch import Switch
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.light.load_sharing import static_equilibrium
+from rail_fem.contact.load_sharing import static_equilibrium
 from rail_fem.studies.switch import AXLE_LOAD, MM, panels, point_table, report, run_through
 
 X = np.array([0.0, 0.3, 0.7, 1.2, 1.8, 2.0, 2.05, 2.1, 2.15, 2.4, 2.65, 3.0, 4.0])  # at 2.65 m a force jumps

@@ -7,7 +7,7 @@ from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
 from geometry.wheelset import Track, Wheelset
-from rail_fem.light.load_sharing import static_equilibrium
+from rail_fem.contact.load_sharing import static_equilibrium
 from rail_fem.studies.wheelset import MM, curve_table, panels, speed_against_error
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from rail_fem.output.result import PassResult, Peak
+from rail_fem.result.result import PassResult, Peak
 from rail_fem.sweeps.group_figure import scene_facts, summary_figure, what_differs
 from rail_fem.sweeps.sweep_page import OVER_LEG, PEAKS, SUMMARY, published_marks
 from rail_fem.sweeps.trends import MEASURES, Published, Source

@@ -20,9 +20,9 @@ from rail_fem.case.casefile import load_case
 from rail_fem.case.estimate import BYTES_LIGHT
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.result import PassResult, load
-from rail_fem.output.runfolder import held
-from rail_fem.pool import Workers, executor
+from rail_fem.processes.pool import Workers, executor
+from rail_fem.result.result import PassResult, load
+from rail_fem.result.runfolder import held
 from rail_fem.sweeps.array import table_so_far
 from rail_fem.sweeps.compare import compare
 from rail_fem.sweeps.sweep import at_a_time, jobs_of
@@ -127,7 +127,7 @@ def running(monkeypatch):
         made.append(executor(*given))
         return made[-1]
 
-    monkeypatch.setattr("rail_fem.pool.executor", make)
+    monkeypatch.setattr("rail_fem.processes.pool.executor", make)
     return made
 
 

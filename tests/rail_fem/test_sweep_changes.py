@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.case.casefile import load_case
-from rail_fem.output import versions
-from rail_fem.output.events import leg_flight
-from rail_fem.output.result import PassResult, Peak, load
+from rail_fem.result import versions
+from rail_fem.result.events import leg_flight
+from rail_fem.result.result import PassResult, Peak, load
 from rail_fem.sweeps.controls import run_control
 from rail_fem.sweeps.leg_table import beside_table, leg_table
 from rail_fem.sweeps.results import SweepResults

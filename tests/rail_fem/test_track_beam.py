@@ -7,11 +7,11 @@ import pytest
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.hierarchy import solve
-from rail_fem.light.beam_kernel import element_shape
-from rail_fem.light.beam_results import moments
-from rail_fem.light.track_beam import element_rotation, element_stiffness, track_beam
 from rail_fem.models import rigid_hertz
-from rail_fem.output.result import load
+from rail_fem.passes.beam_kernel import element_shape
+from rail_fem.passes.beam_results import moments
+from rail_fem.passes.track_beam import element_rotation, element_stiffness, track_beam
+from rail_fem.result.result import load
 from rail_fem.scene.bearers import BeamSection, Bearers
 from rail_fem.settings.light import RigidHertzSettings
 from tests.order import assert_order

@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 from rail_fem import cli, hierarchy
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.light.dip import trajectory_dip
-from rail_fem.output.result import PassResult, Peak
+from rail_fem.passes.dip import trajectory_dip
+from rail_fem.result.result import PassResult, Peak
 from rail_fem.sweeps.controls import run_control
 from rail_fem.sweeps.published_table import published_table
 from rail_fem.sweeps.trend_words import count_lines, trend_lines

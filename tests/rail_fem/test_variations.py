@@ -20,8 +20,8 @@ from rail_fem.case.variations import (
     read_variation,
     short_keys,
 )
-from rail_fem.output.result import load
-from rail_fem.output.runfolder import digest, fingerprint
+from rail_fem.result.result import load
+from rail_fem.result.runfolder import digest, fingerprint
 from tests import commands
 
 REFERENCE = Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from rail_fem.light.contact_law import ContactLaw, contact_energy, contact_force, indentation
-from rail_fem.light.vertical_dynamics import Masses, integrate, static_distance
+from rail_fem.contact.contact_law import ContactLaw, contact_energy, contact_force, indentation
+from rail_fem.passes.vertical_dynamics import Masses, integrate, static_distance
 from tests.order import assert_order
 
 WHEEL, TRACK, SPRING = 500.0, 750.0, 1.2e9

@@ -8,10 +8,10 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh
 
 from bem.material import Elastic
-from rail_fem.light import wheel_modes as module
-from rail_fem.light.fourier_section import grid_section, matrices
-from rail_fem.light.wheel_modes import modes_of, receptance, wheel_modes, wheel_section
 from rail_fem.models import rigid_hertz
+from rail_fem.passes import wheel_modes as module
+from rail_fem.passes.fourier_section import grid_section, matrices
+from rail_fem.passes.wheel_modes import modes_of, receptance, wheel_modes, wheel_section
 from rail_fem.scene.wheel_body import WheelBody
 from rail_fem.settings.light import RigidHertzSettings
 from tests.order import assert_order

@@ -8,10 +8,11 @@ import pytest
 from scipy.optimize import root
 
 from rail_fem.case.casefile import load_case
-from rail_fem.light.contact_table import contact_table
-from rail_fem.light.plastic_indentation import contacts_of
-from rail_fem.light.vertical_pass import run_pass
-from rail_fem.light.wheelset_dynamics import (
+from rail_fem.contact.contact_table import contact_table
+from rail_fem.models import rigid_hertz
+from rail_fem.passes.plastic_indentation import contacts_of
+from rail_fem.passes.vertical_pass import run_pass
+from rail_fem.passes.wheelset_dynamics import (
     HEIGHT,
     LATERAL,
     ROLL,
@@ -22,7 +23,7 @@ from rail_fem.light.wheelset_dynamics import (
     march,
     potential,
 )
-from rail_fem.light.wheelset_pass import (
+from rail_fem.passes.wheelset_pass import (
     datum_arm,
     energy_columns,
     start_of,
@@ -30,7 +31,6 @@ from rail_fem.light.wheelset_pass import (
     wheelset_contacts,
     wheelset_system,
 )
-from rail_fem.models import rigid_hertz
 from tests.order import assert_order
 
 ROOT = Path(__file__).resolve().parents[2]

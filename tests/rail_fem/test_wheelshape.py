@@ -20,8 +20,8 @@ from geometry.profiles.wheel import wheel_profile
 from rail_fem import cli, hierarchy
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.warnings import scene_warnings
-from rail_fem.output.result import load
-from rail_fem.output.runfolder import digest, fingerprint
+from rail_fem.result.result import load
+from rail_fem.result.runfolder import digest, fingerprint
 from rail_fem.scene.wheel_profile import KEPT, read_wheel
 from rail_fem.sweeps.compare import CompareError, compare
 

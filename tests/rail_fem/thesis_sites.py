@@ -26,7 +26,7 @@ from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.profile import Profile
 from geometry.profiles.wheel import wheel_profile, worn
 from geometry.wheelset import Track, Wheelset
-from rail_fem.light.load_sharing import static_equilibrium
+from rail_fem.contact.load_sharing import static_equilibrium
 
 MM = 1e-3
 THEORETICAL_STEP, MEASURED_STEP = 5 / 6 * MM, 2.3023 * MM  # of the printed positions

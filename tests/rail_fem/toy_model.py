@@ -11,8 +11,8 @@ from time import sleep
 
 import numpy as np
 
-from rail_fem import launcher
-from rail_fem.output.result import Cost, PassResult, Peak
+from rail_fem.processes import launcher
+from rail_fem.result.result import Cost, PassResult, Peak
 from rail_fem.scene.scene import GRAVITY
 from rail_fem.settings.explicit import FeSettings
 

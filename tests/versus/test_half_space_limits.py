@@ -2,7 +2,7 @@
 
 import pytest
 
-from rail_fem.light.patch_methods import MethodRow
+from rail_fem.contact.patch_methods import MethodRow
 from rail_fem.static_fe.finite_series import finite_series
 from rail_fem.studies import patch_limits as study_limits
 from rail_fem.studies.patch_limits import (

@@ -6,7 +6,7 @@ import pytest
 
 from bem.halfspace.normal import normal_contact
 from bem.slices.coupled import slice_contact
-from rail_fem.light.patch_methods import THESIS_ROWS, WHEEL_LOAD, effective_area, thesis_pair
+from rail_fem.contact.patch_methods import THESIS_ROWS, WHEEL_LOAD, effective_area, thesis_pair
 from rail_fem.static_fe.finite_series import finite_series, map_difference
 from rail_fem.studies import patch_methods as study_patch
 from rail_fem.studies.patch_methods import COMPARED, pair_blocks, reference_rows, thesis_mesh_row
@@ -101,6 +101,6 @@ def test_the_study_command_saves_its_table_and_figures(tmp_path, monkeypatch):
 
 
 def short_rows(pair, rail):
-    from rail_fem.light.patch_methods import method_rows
+    from rail_fem.contact.patch_methods import method_rows
 
     return method_rows(pair, rail, cells=(12, 24), threads=1)

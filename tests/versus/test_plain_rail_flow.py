@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
-from rail_fem.light.contact_pairs import crossing_surface
-from rail_fem.light.contact_table import contact_table, table_key
-from rail_fem.light.plastic_fields import metal_of
+from rail_fem.contact.contact_pairs import crossing_surface
+from rail_fem.contact.contact_table import contact_table, table_key
 from rail_fem.models import fe_full
 from rail_fem.models.bem_plastic import ForceHistory, flow_flags, flow_of
-from rail_fem.output.quantities import reported
+from rail_fem.passes.plastic_fields import metal_of
+from rail_fem.result.quantities import reported
 from rail_fem.settings.light import BemPlasticSettings
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml"

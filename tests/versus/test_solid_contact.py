@@ -8,7 +8,7 @@ from bem.exact.hertz import point_contact
 from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import ContactInputError
 from geometry.meshing.hexmesh import MeshError
-from rail_fem.output.extrapolation import extrapolated
+from rail_fem.result.extrapolation import extrapolated
 from rail_fem.static_fe.box_inverse import BoxInverse
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone, block, facing_blocks
 from rail_fem.static_fe.solid_contact import finite_patch

@@ -18,7 +18,7 @@ from bem.plane_plastic.cells import Cells, check_inside, from_corner_grid
 from bem.plane_plastic.increment import Increment
 from bem.plane_plastic.loading import Step, accepted, reach, section_stress
 from bem.plane_plastic.section import PlasticSection
-from bem.plastic.hardening import Hardening, YieldLaw
+from bem.steel.hardening import Hardening, YieldLaw
 from tests.bem.plane_plastic.radial_ring import radial_ring
 
 YIELD, SHEAR = 300e6, 80e9

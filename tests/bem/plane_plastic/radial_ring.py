@@ -15,8 +15,8 @@ from scipy.linalg import solve_banded
 from bem.material import Elastic
 from bem.plane_plastic.influence import OF_STRAIN, TO_PLANE
 from bem.plane_plastic.section import flat, unflat
-from bem.plastic.hardening import YieldLaw
-from bem.plastic.return_map import PlasticState, advanced, radial_return
+from bem.steel.hardening import YieldLaw
+from bem.steel.return_map import PlasticState, advanced, radial_return
 
 
 @dataclass

@@ -8,7 +8,7 @@ from bem.plane.coulomb import Control
 from bem.plane.internal import field_at, grid_below
 from bem.plane_plastic.cells import CellError, cells_below
 from bem.plane_plastic.yielding_contact import PlasticContact, Region
-from bem.plastic.hardening import Hardening
+from bem.steel.hardening import Hardening
 from bem.verification.cases import non_conformal
 
 YIELD = 1e9  # the blocks' elastic peak under LOAD is 2.1 of it, first yield 1.79 of it

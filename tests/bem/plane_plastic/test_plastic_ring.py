@@ -9,9 +9,9 @@ from bem.material import Elastic
 from bem.plane.boundary import TooLargeError
 from bem.plane_plastic.cells import CellError
 from bem.plane_plastic.section import memory_need
-from bem.plastic.hardening import Hardening
 from bem.plastic.increment import NoEquilibriumError
-from bem.plastic.nonlinear_kinematic import NonlinearKinematic
+from bem.steel.hardening import Hardening
+from bem.steel.nonlinear_kinematic import NonlinearKinematic
 from tests.bem.plane_plastic.plastic_ring import POISSON, SHEAR, YIELD, polar_means, ring, ring_body, ring_errors
 from tests.bem.plane_plastic.radial_ring import radial_ring
 

@@ -16,10 +16,10 @@ from bem.cycle_jumps import CELL_ERROR, LEAST_FLOW, verdict, verdict_words
 from bem.material import STEEL
 from bem.patch import Grid
 from bem.plastic.body import PlasticBody
-from bem.plastic.deviator import FROM_DEVIATOR, equivalent_stress
-from bem.plastic.hardening import Hardening, YieldLaw
 from bem.plastic.rolling import PlasticTrack, one_pass
 from bem.plastic.surface import LoadStress
+from bem.steel.deviator import FROM_DEVIATOR, equivalent_stress
+from bem.steel.hardening import Hardening, YieldLaw
 
 YIELD = 300e6
 SHEAR_YIELD = YIELD / np.sqrt(3)

@@ -5,9 +5,9 @@ import numpy as np
 from bem.material import STEEL
 from bem.patch import Grid
 from bem.plastic.body import PlasticBody
-from bem.plastic.hardening import Hardening
 from bem.plastic.rolling import PlasticTrack
 from bem.plastic.surface import LoadStress
+from bem.steel.hardening import Hardening
 from tests.bem.plastic.line_shakedown import SHEAR_YIELD, YIELD
 
 

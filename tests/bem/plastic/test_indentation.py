@@ -8,9 +8,9 @@ from bem.material import Elastic, contact_modulus
 from bem.patch import ContactInputError, Grid
 from bem.plastic.body import PlasticBody
 from bem.plastic.contact import MOST_PRESSURE, PlasticHalfSpace, pressure_warnings
-from bem.plastic.hardening import Hardening
 from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.surface import LoadStress
+from bem.steel.hardening import Hardening
 
 STEEL, RIGID = Elastic(210e9, 0.3), Elastic(1e17, 0.3)
 RADIUS, YIELD = 0.1, 310e6

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from bem.material import MaterialError
-from bem.plastic.hardening import Hardening
-from bem.plastic.nonlinear_kinematic import NonlinearKinematic
-from bem.plastic.return_map import PlasticState, advanced, radial_return
+from bem.steel.hardening import Hardening
+from bem.steel.nonlinear_kinematic import NonlinearKinematic
+from bem.steel.return_map import PlasticState, advanced, radial_return
 
 SHEAR = 80e9
 CURVE = Hardening(np.array([0, 0.002, 0.01, 0.05]), 1e6 * np.array([300, 400, 450, 500]))

@@ -5,11 +5,11 @@ import pytest
 
 from bem.material import STEEL
 from bem.patch import ContactInputError
-from bem.plastic.deviator import FROM_DEVIATOR
-from bem.plastic.hardening import Hardening
 from bem.plastic.influence import Cells, StressInfluence
-from bem.plastic.nonlinear_kinematic import NonlinearKinematic
 from bem.plastic.rolling import PlasticTrack, one_pass
+from bem.steel.deviator import FROM_DEVIATOR
+from bem.steel.hardening import Hardening
+from bem.steel.nonlinear_kinematic import NonlinearKinematic
 from tests.bem.plastic.line_shakedown import (
     ORTHOGONAL,
     SHEAR_YIELD,

@@ -1,0 +1,97 @@
+"""What yielding cells harden by: the yield curve, a table of yield stress over equivalent plastic strain, isotropic or
+kinematic; or a law over many cycles (bem.steel.nonlinear_kinematic)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from bem.material import Elastic, MaterialError
+
+
+class YieldLaw(Protocol):
+    """What every hardening says: the first yield stress [Pa]; how many back stresses a cell remembers; the size of the
+    yield surface, and the stress of a first loading, at an equivalent plastic strain [Pa]."""
+
+    @property
+    def first_yield(self) -> float: ...
+
+    @property
+    def back_stresses(self) -> int: ...
+
+    def size(self, strain: np.ndarray) -> np.ndarray: ...
+
+    def at(self, strain: np.ndarray) -> np.ndarray: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Hardening:
+    """J2 hardening, linear between the points of a table and constant behind its last.
+
+    strain : (k,) equivalent plastic strain, from 0, strictly increasing [1]
+    stress : (k,) yield stress in tension, positive, never falling       [Pa]
+    kinematic : the yield surface keeps its first size and moves along the curve (Prager) instead of growing
+
+    Errors: MaterialError, also for softening: it has no answer that is independent of the cells.
+    """
+
+    strain: np.ndarray
+    stress: np.ndarray
+    kinematic: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("strain", "stress"):
+            object.__setattr__(self, name, np.array(getattr(self, name), float))
+        strain, stress = self.strain, self.stress
+        if strain.ndim != 1 or strain.shape != stress.shape or not strain.size:
+            raise MaterialError(f"yield curve: {strain.shape} strains, {stress.shape} stresses: give two equal lists")
+        if not (np.isfinite(strain).all() and np.isfinite(stress).all()):
+            raise MaterialError("yield curve: holds a value that is not finite")
+        if strain[0] != 0 or (np.diff(strain) <= 0).any():
+            raise MaterialError("yield curve: plastic strains must start at 0 and increase strictly")
+        if stress[0] <= 0:
+            raise MaterialError(f"yield curve: first yield stress {stress[0]:g} Pa, must be positive")
+        if (np.diff(stress) < 0).any():
+            k = int(np.argmin(np.diff(stress)))
+            raise MaterialError(
+                f"yield curve: falls from {stress[k] / 1e6:g} to {stress[k + 1] / 1e6:g} MPa behind a plastic strain "
+                f"of {strain[k]:g}: softening localises in one cell and has no answer independent of the cells; give a "
+                "curve that never falls"
+            )
+
+    @classmethod
+    def linear(cls, yield_stress: float, slope: float = 0.0, kinematic: bool = False) -> Hardening:
+        """First yield and d(stress)/d(plastic strain) [Pa]; slope 0 is perfectly plastic."""
+        if not (np.isfinite(yield_stress) and np.isfinite(slope)):
+            raise MaterialError(f"yield stress {yield_stress!r} Pa, slope {slope!r} Pa: give finite numbers")
+        return cls(np.array([0.0, 100.0]), np.array([yield_stress, yield_stress + 100.0 * slope]), kinematic)
+
+    @property
+    def first_yield(self) -> float:
+        """[Pa]"""
+        return float(self.stress[0])
+
+    @property
+    def back_stresses(self) -> int:
+        """One, which stays 0 where the surface grows."""
+        return 1
+
+    def at(self, strain: np.ndarray) -> np.ndarray:
+        """Yield stress [Pa] at an equivalent plastic strain."""
+        return np.interp(strain, self.strain, self.stress)
+
+    def size(self, strain: np.ndarray) -> np.ndarray:
+        """Of the yield surface [Pa] at an equivalent plastic strain."""
+        return np.full(np.shape(strain), self.first_yield) if self.kinematic else self.at(strain)
+
+
+def nearly_incompressible(elastic: Elastic) -> tuple[str, ...]:
+    """A warning where Poisson's ratio leaves the mean stress without digits."""
+    if elastic.poisson > 0.495:
+        return (
+            f"Poisson's ratio {elastic.poisson:g}: the mean stress by plastic strain loses "
+            f"{np.log10(1 / (1 - 2 * elastic.poisson)):.0f} digits; deviators and plastic strain are not touched by it",
+        )
+    return ()

@@ -1,2 +1,0 @@
-"""What the light models stand on: rigid paths, contact tables, load sharing, plastic indentation, masses, springs and
-dampers."""

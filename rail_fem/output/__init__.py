@@ -1,1 +1,0 @@
-"""What a run leaves: result, history, events, folder, status, versions."""

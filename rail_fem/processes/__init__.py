@@ -1,0 +1,1 @@
+"""Processes: an end by a signal, several ranks, tasks dealt out, and how far each is."""

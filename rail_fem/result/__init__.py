@@ -1,0 +1,1 @@
+"""What a run leaves: result, history, events, reported quantities and their bars, fields, folder, versions."""
