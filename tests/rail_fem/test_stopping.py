@@ -109,7 +109,8 @@ def test_stop_before_anything_is_there_says_so(started, tmp_path):
         [
             sys.executable,
             "-c",
-            "from rail_fem.processes import stopping\nstopping.listen()\nprint('begun', flush=True)\nimport time\ntime.sleep(60)",
+            "from rail_fem.processes import stopping\nstopping.listen()\nprint('begun', flush=True)\n"
+            "import time\ntime.sleep(60)",
         ]
     )
     assert run.stdout.readline() == "begun\n"
