@@ -35,6 +35,22 @@ class Bearer(NamedTuple):
     ballast: tuple[float, float]
 
 
+class BeamMotion(NamedTuple):
+    """A beam and its degrees of freedom and their rates (n,) at one time."""
+
+    beam: "TrackBeam"
+    position: np.ndarray
+    velocity: np.ndarray
+
+    def height(self, x: float) -> float:
+        """Under x [m]."""
+        return float(self.beam.force_at(x) @ self.position)
+
+    def rise(self, x: float, speed: float) -> float:
+        """Rate of the height under a wheel at x that moves along it [m/s]."""
+        return float(self.beam.force_at(x) @ self.velocity + speed * self.beam.slope_at(x) @ self.position)
+
+
 @dataclass(frozen=True, eq=False)
 class TrackBeam:
     """A beam of k nodes on bearers, n degrees of freedom (all over its position at rest).
@@ -56,11 +72,16 @@ class TrackBeam:
         """What a march with steps of `step` [s] takes."""
         system = 2 / step * self.mass + self.damping + step / 2 * self.stiffness
         factor = np.ascontiguousarray(cholesky_banded(system.T, lower=True).T)
+        factor[:, 0] = 1 / factor[:, 0]
         return BeamBand(self.mass, self.damping, self.stiffness, factor, self.x, self.first, self.shear)
 
     def static(self, load: np.ndarray) -> np.ndarray:
         """(n,) static deflection under forces and moments (n,)."""
         return cho_solve_banded((cholesky_banded(self.stiffness.T, lower=True), True), load)
+
+    def under(self, load: float, x: float, speed: float) -> BeamMotion:
+        """Static deflection under a force down [N] at x [m], in the motion that its travel along x [m/s] gives it."""
+        return BeamMotion(self, self.static(-load * self.force_at(x)), self.static(-load * speed * self.slope_at(x)))
 
     def force_at(self, x: float) -> np.ndarray:
         """(n,) nodes' share of a force of 1 N up at x [m]."""
