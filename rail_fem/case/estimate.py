@@ -115,7 +115,7 @@ def _heaviest_factor(scene: Scene, settings: FeSettings) -> float:
     rail = RAIL_MASS * settings.rail_depth * (abs(settings.end - settings.start) + 2 * END_MARGIN)
     track = scene.foundation.track_mass / rail if settings.track_mass else 1.0
     wheel = scene.vehicle.wheel_unsprung_mass / (WHEEL_MASS * settings.wheel_depth)
-    return min(track if settings.foundation else float("inf"), wheel)
+    return min(track if settings.foundation and not settings.stands_on_beam(scene) else float("inf"), wheel)
 
 
 def _lighter(settings: FeSettings) -> float:

@@ -3,6 +3,8 @@ static load."""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from geometry.meshing.quality import MeshQuality, cell_volume
@@ -13,8 +15,10 @@ from rail_fem.fe.plan.fine_zone import PATCH_REACH
 from rail_fem.fe.run import Run
 from rail_fem.fe.running import Running
 from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK
+from rail_fem.passes.beam_results import ballast_force, beam_results, bearer_table
+from rail_fem.result.events import peak_at
 from rail_fem.result.history import complete_history
-from rail_fem.result.result import Peak
+from rail_fem.result.result import BearerSummary, Peak
 from rail_fem.result.trust import largest_internal, numerical_shares
 
 LEVEL = 2e-4  # change of the rigid path's slope up to which running counts as steady [1]
@@ -122,6 +126,35 @@ def strain_peaks(run: Run) -> dict[str, Peak]:
             size = float(np.cbrt(cell_volume(corners[None])[0]))
             found[f"plastic_strain_{part.name}"] = Peak(-value, "1", x, y, z, size=size)
     return found
+
+
+class OnBeam(NamedTuple):
+    """What a crossing on bearers has gone through: columns of the history, peaks, and each bearer near the window."""
+
+    columns: dict[str, np.ndarray]
+    peaks: dict[str, Peak]
+    bearers: tuple[BearerSummary, ...]
+
+
+def outcome_on_beam(run: Run, history: dict[str, np.ndarray]) -> OnBeam:
+    """From the force and the mean position of the beam over each row's interval since the wheel was let go; nothing on
+    a rigid mass. Replicated."""
+    track, bearers = run.passage.track, run.scene.bearers
+    free = history["time"] > run.settings.settle_time
+    if track is None or bearers is None or not free.any():
+        return OnBeam({}, {}, ())
+    ends = np.concatenate([[[track.start.position, track.start.velocity]], run.recorder.beam])
+    position, velocity = ((ends[1:] + ends[:-1]) / 2)[free].swapaxes(0, 1)
+    x = ((np.r_[run.passage.running.start, history["x"][:-1]] + history["x"]) / 2)[free]
+    time, force = history["time"][free], history["force"][free]
+    found = beam_results(track.beam, position, force, x, time)
+    columns = {name: np.full(len(free), np.nan) for name in ("bending_moment", "foot_stress")}
+    columns["bending_moment"][free], columns["foot_stress"][free] = found.moment, found.stress
+    of_track = {"time": time, "x": x, "foundation": ballast_force(track.beam, position)}
+    foundation = peak_at(of_track, "foundation", int(np.argmax(of_track["foundation"])))
+    ends_of_path = sorted((run.passage.running.start, run.passage.running.end))
+    table = bearer_table(track.beam, bearers, position, velocity, *ends_of_path)
+    return OnBeam(columns, found.peaks | {"force_foundation": foundation}, table)
 
 
 def slowest_elements(quality: MeshQuality) -> list[str]:

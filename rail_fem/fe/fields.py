@@ -41,7 +41,8 @@ def write_frame(path: Path, dynamics: Dynamics, wheel_offset: float) -> None:
     dynamics.bring_up()
     if comm.rank == 0:
         path.parent.mkdir(parents=True, exist_ok=True)
-    blocks = _node_blocks(domain, dynamics.structure.x, wheel_offset) + _cell_blocks(dynamics)
+    raised = 0.0 if dynamics.contact is None else dynamics.contact.raised
+    blocks = _node_blocks(domain, dynamics.structure.x, wheel_offset, raised) + _cell_blocks(dynamics)
     chunks = [compressed(column, rows) for column, rows in blocks]
     every = comm.allgather([[len(chunk) for chunk in mine] for mine in chunks])
     columns = [column for column, _ in blocks]
@@ -58,14 +59,18 @@ def write_frame(path: Path, dynamics: Dynamics, wheel_offset: float) -> None:
     write_pieces(comm, path, pieces)
 
 
-def _node_blocks(domain: Domain, x: np.ndarray, wheel_offset: float) -> list[tuple[VtuArray, np.ndarray]]:
-    """The arrays of the nodes, each with the rank's block of its rows. Collective."""
+def _node_blocks(
+    domain: Domain, x: np.ndarray, wheel_offset: float, raised: float
+) -> list[tuple[VtuArray, np.ndarray]]:
+    """The arrays of the nodes, each with the rank's block of its rows. raised : of the rail's frame [m]. Collective."""
     owned, total = domain.n_owned, domain.n_global
     reference, now = (field.reshape(-1, 3)[:owned] for field in (domain.reference, x))
     placed = reference.copy()
     wheel = np.unique(domain.cells[domain.region == PassBody.WHEEL])
     placed[wheel[wheel < owned], 0] += wheel_offset
-    rows = np.concatenate([placed, now - reference], axis=1)
+    moved = now - reference
+    moved[np.setdiff1d(np.arange(owned), wheel), 2] += raised
+    rows = np.concatenate([placed, moved], axis=1)
     rows = to_blocks(domain.comm, domain.node_input[:owned], rows, total)
     return [
         (VtuArray("Points", "Points", "f8", 3, total), rows[:, :3]),

@@ -186,7 +186,7 @@ def brick(size: float, along: float) -> np.ndarray:
 
 
 def _crossing_mass(scene: Scene, settings: FeSettings, steel: float) -> float:
-    if not settings.foundation:
+    if not settings.foundation or settings.stands_on_beam(scene):  # its mesh weighs nothing beside the beam
         return np.inf
     return scene.foundation.track_mass if settings.track_mass else steel
 

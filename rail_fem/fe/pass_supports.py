@@ -44,8 +44,8 @@ def build_supports(
     rim_nodes: np.ndarray,
     factor: float = 1.0,
 ) -> Supported:
-    """Crossing on its foundation, axle with half a wheelset, sprung mass on the primary suspension; springs as the
-    start wants them. factor : of mass scaling on the wheel's mesh.
+    """Crossing on its foundation, or at rest in the frame of a beam; axle with half a wheelset, sprung mass on the
+    primary suspension; springs as the start wants them. factor : of mass scaling on the wheel's mesh.
 
     While it settles the axle is pressed down so that the contact comes to carry the start's force. Vertical only: the
     lateral position and the speed of the wheel are given (thesis assumption 1).
@@ -63,7 +63,7 @@ def build_supports(
             Link("suspension", sprung, axle, k, scene.vehicle.primary_damping, natural_length=start.suspension)
         )
         axle.load[2] += k * start.suspension
-    if settings.foundation:
+    if settings.foundation and not settings.stands_on_beam(scene):
         k = scene.foundation.stiffness
         links.append(Link("foundation", crossing, None, k, scene.foundation.damping, natural_length=start.foundation))
     else:
@@ -120,7 +120,7 @@ def set_lumped_masses(
     lighter wheel.
     """
     axle.add_mass_up_to(scene.vehicle.wheel_unsprung_mass, "give a larger wheelset_unsprung_mass")
-    if settings.track_mass and settings.foundation:
+    if settings.track_mass and settings.foundation and not settings.stands_on_beam(scene):
         crossing.add_mass_up_to(
             scene.foundation.track_mass,
             "give a larger track_mass, a shorter window, or track_mass = false in the run for the mesh alone",

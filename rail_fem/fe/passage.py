@@ -16,6 +16,7 @@ import numpy as np
 
 from geometry.meshing.hexmesh import HexMesh
 from geometry.surfaces.bodies import CROSSING, PassBody
+from rail_fem.fe.beam_track import BeamTrack
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.contact.contact import Contact, ContactSettings
 from rail_fem.fe.contact.surface import Surface
@@ -31,6 +32,7 @@ from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup
 from rail_fem.fe.window import Extent, TravellingWindow
 from rail_fem.passes.lateral_start import LateralStart
+from rail_fem.passes.track_beam import track_beam
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.explicit import FeSettings
 
@@ -56,9 +58,10 @@ class Passage:
     start: StartState
     static_load: float  # NaN where the pass does not begin at rest
     datum_height: float  # of the wheel's D0 at the start, over a crossing at rest under the static load [m]
-    static_deflection: float  # of the foundation at the start [m]
+    static_deflection: float  # of foundation, or beam under the wheel, when the wheel is let go [m]
     scaling: MassScaling
     guide: LateralGuide | None = None  # what holds the wheelset across the track, where it may move
+    track: BeamTrack | None = None  # what the crossing stands on, where that is a beam on bearers
 
 
 def build_passage(
@@ -78,7 +81,7 @@ def build_passage(
     start : where settling ends; None: at rest under the static load
     aside : the wheelset across the track on a diverging route; None: its lateral position is given
     """
-    start = start or resting(scene, running.speed * float(running.slope(running.start)))
+    start = start or at_rest(scene, settings, running)
     surface = comm.bcast(None if mesh is None else (mesh.surface, mesh.surface_region, mesh.clamp), root=0)
     quads, quad_region, clamp = surface
     slabs = comm.bcast(None if mesh is None or not settings.has_window else rail_slabs(mesh), root=0)
@@ -118,7 +121,10 @@ def build_passage(
     window = None
     if slabs is not None:
         window = TravellingWindow(structure, slabs, extent, crossing, contact, of_facets)
-    dynamics = Dynamics(structure, supports, contact, window=window)
+    track, released = None, running.start + running.speed * settings.settle_time
+    if start.beam is not None and settings.stands_on_beam(scene):
+        track = BeamTrack(start.beam, released, contact)
+    dynamics = Dynamics(structure, supports, contact, window=window, more=() if track is None else (track,))
     masses = structure.region_masses()
     crossing.mesh_mass, axle.mesh_mass = float(sum(masses[body] for body in CROSSING)), float(masses[PassBody.WHEEL])
     if window is not None:
@@ -129,6 +135,8 @@ def build_passage(
     region = np.zeros(len(rail.nodes), np.int64)
     region[rail.quads] = of_facets[:, None]
     static = scene.static_wheel_load / scene.foundation.stiffness
+    if track is not None:
+        static = -track.beam.under(scene.static_wheel_load, released, running.speed).height(released)
     deflection, lifted = (start.foundation, static - start.foundation) if settings.foundation else (0.0, 0.0)
     load = scene.static_wheel_load if start.resting else np.nan
     return Passage(
@@ -147,7 +155,19 @@ def build_passage(
         deflection,
         scaling,
         guide,
+        track,
     )
+
+
+def at_rest(scene: Scene, settings: FeSettings, running: Running) -> StartState:
+    """Under the static load along the path, on bearers where the scene has them, when the wheel is let go."""
+    along = running.speed * float(running.slope(running.start))
+    if scene.bearers is None or not settings.foundation:
+        return resting(scene, along)
+    ends = sorted((running.start, running.end))
+    beam = track_beam(scene.bearers, *ends, settings.beam_element, settings.beam_reach)
+    released = running.start + running.speed * settings.settle_time
+    return resting(scene, along, beam.under(scene.static_wheel_load, released, running.speed), released)
 
 
 def _on_wheel(n_nodes: int, of: HexMesh | Domain) -> np.ndarray:
@@ -206,9 +226,9 @@ def end_settling(passage: Passage, scene: Scene, settings: FeSettings) -> None:
     if passage.settling is not None:
         passage.settling.damping = 0.0
     set_lumped_masses(scene, settings, passage.crossing, passage.axle, settled=True)
-    passage.crossing.free = (False, False, settings.foundation)
+    passage.crossing.free = (False, False, settings.foundation and passage.track is None)
     passage.axle.free = (False, passage.guide is not None, True)
-    if not passage.start.resting:
+    if passage.start.moves:
         take_up(passage, scene, settings)
 
 
@@ -222,6 +242,8 @@ def take_up(passage: Passage, scene: Scene, settings: FeSettings) -> None:
     if settings.foundation:
         v[rail, 2] += start.crossing - passage.crossing.velocity[2]
         passage.crossing.velocity[2] = start.crossing
+    if passage.track is not None:
+        passage.track.let_go(passage.running.speed)
     if passage.sprung is not None:
         passage.sprung.velocity[2] = start.sprung
         passage.axle.load[2] = -scene.vehicle.wheel_unsprung_mass * GRAVITY

@@ -15,13 +15,15 @@ FORCES = ("force", "force_wing", "force_nose", "force_longitudinal", "force_late
 class Recorder:
     """Call `after_step` each step and `row` when an interval is over. All numbers replicated; `row` is collective."""
 
-    STATE = ("rows", "contact_work", "deforming", "overlap", "exchanged", "total", "moment", "steps")
+    STATE = ("rows", "beam", "contact_work", "deforming", "overlap", "exchanged", "total", "moment", "steps")
 
     def __init__(self, passage: Passage):
         self.passage = passage
         self.rows: list[dict[str, float]] = []
         self.contact_work: list[float] = []  # on the bodies, at each row [J]
         self.deforming: list[float] = []  # kinetic energy of the meshes beyond rigid motion, at each row [J]
+        n = 0 if passage.track is None else len(passage.track.position)
+        self.beam = np.empty((0, 2, n))  # position and velocity of a beam on bearers at each row
         self.exchanged = 0.0  # energy that came with other lumped masses and velocities where settling ended [J]
         self.overlap: list[list[float]] = []  # Contact.overlap at each row
         self._clear()
@@ -55,7 +57,7 @@ class Recorder:
             "time": d.time,
             "x": p.running.start + d.contact.offset,
             "wheel_height": p.datum_height + p.axle.displacement[2],
-            "crossing_height": p.crossing.displacement[2] - p.static_deflection,
+            "crossing_height": p.crossing.displacement[2] + d.contact.raised - p.static_deflection,
             "wheel_spin": d.contact.spin,
             "creep_longitudinal": p.running.creep(d.contact.spin, centre[1]),
             "contact_x": centre[0],
@@ -84,6 +86,8 @@ class Recorder:
         self.contact_work.append(energies["contact"])
         self.deforming.append(self._deforming())
         self.overlap.append(d.contact.overlap())
+        if p.track is not None:
+            self.beam = np.concatenate([self.beam, [[p.track.position, p.track.velocity]]])
         self._clear()
 
     def _deforming(self) -> float:

@@ -101,7 +101,7 @@ class Run:
         found = settle_in_place(self.passage, self.scene, most_steps, tell)
         self.at_rest, self.static_approach = True, found.approach
         if self.settled:
-            if not self.passage.start.resting:
+            if self.passage.start.moves:
                 take_up(self.passage, self.scene, self.settings)
             self.start_energies = self.dynamics.energies()
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from rail_fem.contact.contact_table import contact_table
 from rail_fem.passes.plastic_indentation import contacts_of
+from rail_fem.passes.track_beam import BeamMotion
 from rail_fem.passes.vertical_dynamics import TRACK, WHEEL
 from rail_fem.passes.vertical_pass import run_pass
 from rail_fem.result.events import OPEN
@@ -22,8 +23,9 @@ class StartState:
     """The scene where settling ends. Upwards positive.
 
     force : of contact [N];  suspension, foundation : compression of the springs [m];
-    axle, sprung, crossing : velocities [m/s];  resting :
-    under the static load along a straight path
+    axle, sprung, crossing : velocities [m/s];  resting : under the static load along a straight path
+    beam : what the crossing stands on, where a scene names bearers, and its motion; then `crossing` is 0, for the
+        crossing moves with it
     """
 
     force: float
@@ -33,19 +35,23 @@ class StartState:
     sprung: float
     crossing: float
     resting: bool
+    beam: BeamMotion | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether anything but a wheel along its path does."""
+        return not self.resting or self.beam is not None
 
 
-def resting(scene: Scene, vertical_speed: float) -> StartState:
-    """Static load, all of the vehicle along the path at its vertical speed [m/s], the crossing at rest."""
+def resting(scene: Scene, vertical_speed: float, beam: BeamMotion | None = None, x: float = 0.0) -> StartState:
+    """Static load, all of the vehicle along the path at its vertical speed [m/s], the crossing at rest; on a beam that
+    carries the load at x [m] with the beam."""
     weight, mass = scene.static_wheel_load, scene.vehicle.wheel_sprung_mass
+    sag = weight / scene.foundation.stiffness
+    if beam is not None:
+        sag, vertical_speed = -beam.height(x), vertical_speed + beam.rise(x, scene.velocity)
     return StartState(
-        weight,
-        mass * GRAVITY / scene.vehicle.primary_stiffness,
-        weight / scene.foundation.stiffness,
-        vertical_speed,
-        vertical_speed,
-        0.0,
-        True,
+        weight, mass * GRAVITY / scene.vehicle.primary_stiffness, sag, vertical_speed, vertical_speed, 0.0, True, beam
     )
 
 
@@ -68,12 +74,14 @@ def from_rigid_hertz(scene: Scene, settings: RigidHertzSettings, x: float) -> St
         raise ValueError(
             f"rigid_hertz finds the wheel in the air at x = {x * 1e3:.0f} mm: begin where it is in contact"
         )
+    beam = run.beam_at(step)
     return StartState(
         force=force,
         suspension=float(position[WHEEL] - position[SPRUNG]),
-        foundation=float(-position[TRACK]),
+        foundation=float(-position[TRACK]) if beam is None else -beam.height(x),
         axle=float(velocity[WHEEL]),
         sprung=float(velocity[SPRUNG]),
-        crossing=float(velocity[TRACK]),
+        crossing=float(velocity[TRACK]) if beam is None else 0.0,
         resting=False,
+        beam=beam,
     )

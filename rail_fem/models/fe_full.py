@@ -22,7 +22,7 @@ from kernel_cache import working_time
 from rail_fem.contact.rigid import ends_with_path
 from rail_fem.fe import trust
 from rail_fem.fe.carried import lay_in, steel_after
-from rail_fem.fe.diagnostics import slowest_elements, strain_peaks, trust_facts
+from rail_fem.fe.diagnostics import outcome_on_beam, slowest_elements, strain_peaks, trust_facts
 from rail_fem.fe.meshing import Placed, make_mesh
 from rail_fem.fe.metal import metal
 from rail_fem.fe.passage import build_passage
@@ -32,6 +32,7 @@ from rail_fem.fe.start_state import StartState
 from rail_fem.files.atomic import write_text_atomically
 from rail_fem.files.sealed import read_sealed, write_sealed
 from rail_fem.passes.lateral_start import LateralStart, lateral_start
+from rail_fem.passes.pass_result import void_warnings
 from rail_fem.processes.launcher import dealt_out, on_root
 from rail_fem.processes.progress import Progress
 from rail_fem.result.error_bars import CALIBRATED_WORDS, calibrated_bars, error_bars
@@ -286,12 +287,14 @@ def result_of(run: Run, model: str, quality: MeshQuality, initial_clearance: flo
     rows = trust.report_rows(facts)
     side, settled = (run.scene.direction_sign, run.scene.static_wheel_load), run.settings.settle_time
     peaks = force_peaks(history, *side, settled, run.scene.crossing.leg_end)
+    beam = outcome_on_beam(run, history)
     return PassResult(
         model=model,
         scene=run.scene,
         settings=run.settings.model_dump(mode="json"),
-        history=history,
-        peaks=peaks | strain_peaks(run),
+        history=history | beam.columns,
+        peaks=peaks | beam.peaks | strain_peaks(run),
+        bearers=beam.bearers,
         transfer_x=transfer_position(history, *side, settled),
         energies={name: float(value) for name, value in energies.items()}
         | {name: facts[name] for name in ("impact_work", "balance_scale")},
@@ -309,7 +312,8 @@ def result_of(run: Run, model: str, quality: MeshQuality, initial_clearance: flo
             "rigid_transfers": run.passage.running.transfers.tolist(),
         },
         warnings=tuple(f"{row.name}: {row.shown} (rule: {row.rule})" for row in rows if row.verdict != trust.GOOD)
-        + end_warnings(history, peaks, run.scene.static_wheel_load, settled, ends_with_path(run.scene, run.settings)),
+        + end_warnings(history, peaks, run.scene.static_wheel_load, settled, ends_with_path(run.scene, run.settings))
+        + void_warnings(beam.bearers),
         cut_off=run.cut_off,
     )
 

@@ -32,4 +32,5 @@ def solve(
 
 def approach_of(settings: FeWindowSettings) -> RigidHertzSettings:
     """Numerics of the light pass that hands over."""
-    return RigidHertzSettings(start=settings.approach_start, end=settings.end, indentation_law=settings.indentation_law)
+    kept = ("end", "indentation_law", "beam_element", "beam_reach")
+    return RigidHertzSettings(start=settings.approach_start, **{name: getattr(settings, name) for name in kept})

@@ -84,6 +84,11 @@ def _peaks(beam: TrackBeam, part: Moments, x: np.ndarray, time: np.ndarray) -> d
     return found
 
 
+def ballast_force(beam: TrackBeam, position: np.ndarray) -> np.ndarray:
+    """(m,) of the springs of all ballast [N], for positions (m, n)."""
+    return -sum(bearer.ballast[0] * position[:, bearer.own] for bearer in beam.bearers)
+
+
 def bearer_table(
     beam: TrackBeam, bearers: Bearers, position: np.ndarray, velocity: np.ndarray, low: float, high: float
 ) -> tuple[BearerSummary, ...]:

@@ -34,7 +34,7 @@ from rail_fem.settings.light import PassSettings
 
 if TYPE_CHECKING:
     from rail_fem.passes.beam_results import BeamResults
-    from rail_fem.passes.track_beam import TrackBeam
+    from rail_fem.passes.track_beam import BeamMotion, TrackBeam
 
 Contacts = Callable[[np.ndarray], ContactLaw]  # wheel positions x (m,) [m] -> the law there
 
@@ -78,6 +78,15 @@ class LightPass:
         """(m, k) of the beam's degrees of freedom at the middles of the steps."""
         return _middles(self.motion.beam_velocity)
 
+    def beam_at(self, step: int) -> BeamMotion | None:
+        """The beam when a step begins; None on a rigid mass."""
+        motion = self.motion
+        if self.beam is None or motion.beam_position is None or motion.beam_velocity is None:
+            return None
+        from rail_fem.passes.track_beam import BeamMotion
+
+        return BeamMotion(self.beam, motion.beam_position[step], motion.beam_velocity[step])
+
     @functools.cached_property
     def on_beam(self) -> BeamResults | None:
         """Moments and stresses of the beam; None on a rigid mass."""
@@ -98,7 +107,9 @@ class LightPass:
         of them on the ballast."""
         if self.beam is None:
             return -self.masses.stiffness[TRACK, TRACK] * self.position[:, TRACK]
-        return -sum(bearer.ballast[0] * self.beam_position[:, bearer.own] for bearer in self.beam.bearers)
+        from rail_fem.passes.beam_results import ballast_force
+
+        return ballast_force(self.beam, self.beam_position)
 
 
 def scene_masses(scene: Scene) -> Masses:
@@ -156,10 +167,10 @@ def run_pass(
     position, velocity = static_start(scene, masses, law, step, pretension)
     on_beam = None
     if beam is not None:
-        on_beam = static_beam(scene, beam, x, step)
-        height, rate = (beam.heights(values[None], x[:1])[0] for values in (on_beam.position, on_beam.velocity))
-        rate += beam.slope_at(x[0]) @ on_beam.position * (x[1] - x[0]) / (step / 2)
-        position, velocity = position + height, velocity + rate
+        speed = (x[1] - x[0]) / (step / 2)
+        start = beam.under(scene.static_wheel_load, x[0], speed)
+        on_beam = BeamStart(beam.band(step), start.position, start.velocity, x)
+        position, velocity = position + start.height(x[0]), velocity + start.rise(x[0], speed)
     if modes is not None:
         position, velocity = bent(scene, modes, position), np.r_[velocity, np.zeros(len(modes.mass))]
     motion = integrate(masses, position, velocity, step, law, on_beam)
@@ -188,14 +199,6 @@ def beam_of(scene: Scene, settings: PassSettings) -> TrackBeam | None:
             f" {MOST_BEAM_VALUES:.2g} are kept: take a longer time_step or beam_element, or a shorter window"
         )
     return beam
-
-
-def static_beam(scene: Scene, beam: TrackBeam, x: np.ndarray, step: float) -> BeamStart:
-    """The beam under the static load at x[0], in the motion that the load's travel along x gives its deflection."""
-    load, speed = scene.static_wheel_load, (x[1] - x[0]) / (step / 2)
-    return BeamStart(
-        beam.band(step), beam.static(-load * beam.force_at(x[0])), beam.static(-load * speed * beam.slope_at(x[0])), x
-    )
 
 
 def half_steps(scene: Scene, settings: PassSettings, step: float | None = None) -> tuple[float, np.ndarray]:

@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from geometry.axes import RAIL_DEPTH, WHEEL_DEPTH
 from geometry.profiles.formats.raw import LARGEST_MESH, open_file
 from rail_fem.scene.base import PRINTABLE, input_error
-from rail_fem.scene.scene import Count, Frozen
+from rail_fem.scene.scene import Count, Frozen, Scene
 from rail_fem.scene.units import Quantity
 
 # every model's path unless a case gives another: from the wing ahead of its bend to behind the landing after the nose's
@@ -44,6 +44,13 @@ PRESETS: dict[str, dict[str, Any]] = {
     )
 }
 MOST_SLENDER = 4.0  # length of an element along the rail over its size across, or the reverse
+
+
+# of the beam that every model with a track runs on
+BeamElement = Annotated[float, Quantity("mm", 10, 1000, "longest element of a beam on bearers (scene.bearers)")]
+BeamReach = Annotated[
+    float, Quantity("m", 2, 100, "track computed on each side of the window, its outer half absorbing waves")
+]
 
 
 class FeSettings(Frozen):
@@ -110,8 +117,10 @@ class FeSettings(Frozen):
         "free", description="the wheel's rotation: free against its inertia, or held at pure rolling at the start"
     )
     suspension: bool = Field(True, description="sprung mass and primary suspension")
-    foundation: bool = Field(True, description="foundation spring and damper; off: fixed base")
+    foundation: bool = Field(True, description="foundation spring and damper, or bearers; off: fixed base")
     track_mass: bool = Field(True, description="added mass of the track under the crossing")
+    beam_element: BeamElement = 0.1
+    beam_reach: BeamReach = 9.0
     window_ahead: (
         Annotated[float, Quantity("mm", 0, 5000, "length of the travelling window ahead of the wheel; none: all")]
         | None
@@ -234,6 +243,15 @@ class FeSettings(Frozen):
     def takes_diverging_route(self) -> bool:
         """Whether this model lets a wheelset move across the track."""
         return True
+
+    @property
+    def flexible_parts(self) -> tuple[str, ...]:
+        """What of the scene this model lets move, where the scene has it."""
+        return ("bearers",)
+
+    def stands_on_beam(self, scene: Scene) -> bool:
+        """Whether the crossing stands on bearers."""
+        return self.foundation and scene.bearers is not None
 
     @property
     def has_window(self) -> bool:

@@ -7,19 +7,20 @@ from pydantic_core import PydanticCustomError
 
 from rail_fem.scene.scene import Count, Frozen, Scene
 from rail_fem.scene.units import Quantity
-from rail_fem.settings.explicit import COMMON_WINDOW, IndentationLaw
+from rail_fem.settings.explicit import COMMON_WINDOW, BeamElement, BeamReach, IndentationLaw
 
 SHORTEST_WINDOW = 0.01
 SMOKE_CELL = 3e-3
+FLEXIBLE_PARTS = "bearers", "wheel_body"  # of a scene, which not every model lets move
 
 
 class LightSettings(Frozen):
     """What every light model takes."""
 
     @property
-    def takes_flexible_parts(self) -> bool:
-        """Whether this model lets a beam on bearers and a wheel's body move, where the scene has them."""
-        return False
+    def flexible_parts(self) -> tuple[str, ...]:
+        """What of the scene this model lets move, where the scene has it."""
+        return ()
 
     def smoke(self) -> "LightSettings":
         """These models are quick as they are."""
@@ -64,20 +65,16 @@ class PassSettings(LightSettings):
         float, Quantity("mm", 0.1, 20, "distance between positions where the surfaces are searched for contact")
     ] = 2.5e-3
     history_interval: Annotated[float, Quantity("us", 0.01, 1e5, "time between rows of the history")] = 20e-6
-    beam_element: Annotated[float, Quantity("mm", 10, 1000, "longest element of a beam on bearers (scene.bearers)")] = (
-        0.1
-    )
-    beam_reach: Annotated[
-        float, Quantity("m", 2, 100, "track computed on each side of the window, its outer half absorbing waves")
-    ] = 9.0
+    beam_element: BeamElement = 0.1
+    beam_reach: BeamReach = 9.0
 
     wheel_modes: Annotated[
         float, Quantity("kHz", 0.1, 30, "highest frequency of a wheel's own modes that are run (scene.wheel_body)")
     ] = 5e3
 
     @property
-    def takes_flexible_parts(self) -> bool:
-        return True
+    def flexible_parts(self) -> tuple[str, ...]:
+        return FLEXIBLE_PARTS
 
     @model_validator(mode="after")
     def _has_a_length(self) -> "PassSettings":
@@ -170,8 +167,8 @@ class RigidHertzSettings(IndentationSettings):
     ) = None
 
     @property
-    def takes_flexible_parts(self) -> bool:
-        return self.degrees_of_freedom == "vertical"
+    def flexible_parts(self) -> tuple[str, ...]:
+        return FLEXIBLE_PARTS if self.degrees_of_freedom == "vertical" else ()
 
     @property
     def takes_diverging_route(self) -> bool:
@@ -242,11 +239,11 @@ def _diverging_errors(scene: Scene, settings: Frozen) -> list[str]:
 
 
 def _flexible_part_errors(scene: Scene, settings: Frozen) -> list[str]:
-    if getattr(settings, "takes_flexible_parts", False):
-        return []
+    moved = getattr(settings, "flexible_parts", ())
     return [
-        f"scene.{part} is for lumped, rigid_hertz (degrees_of_freedom vertical), bem_passage and bem_plastic: leave it"
-        " out, or leave out this model"
-        for part in ("bearers", "wheel_body")
-        if getattr(scene, part) is not None
+        f"scene.{part} is for lumped, rigid_hertz (degrees_of_freedom vertical), bem_passage"
+        f"{', bem_plastic, fe_full and fe_window' if part == 'bearers' else ' and bem_plastic'}: leave it out, or leave"
+        " out this model"
+        for part in FLEXIBLE_PARTS
+        if part not in moved and getattr(scene, part) is not None
     ]

@@ -13,6 +13,7 @@ from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.vertical_dynamics import TRACK, WHEEL
 from rail_fem.passes.vertical_pass import run_pass
 from rail_fem.result.runfolder import differences, fingerprint
+from rail_fem.run.form import PANEL
 from rail_fem.settings.explicit import FeWindowSettings
 from rail_fem.settings.light import RigidHertzSettings
 
@@ -46,6 +47,8 @@ def test_the_state_is_that_of_the_light_pass_and_in_the_air_there_is_none(scene)
         and state.axle == run.motion.velocity[at, WHEEL]
         and state.foundation == -run.motion.position[at, TRACK]
     )
+    on_beam = from_rigid_hertz(scene.replace_si(bearers=PANEL), APPROACH, float(run.x[at]))
+    assert on_beam.beam.height(float(run.x[at])) == -on_beam.foundation < 0 == on_beam.crossing
     lifted = np.flatnonzero(run.force.sum(axis=0) == 0)
     with pytest.raises(ValueError, match="in the air at x = "):
         from_rigid_hertz(scene, APPROACH, float(run.x[lifted[len(lifted) // 2]]))

@@ -29,6 +29,7 @@ from rail_fem.fe.contact.pairs import (
     N_SUMS,
     NORMAL_ENERGY,
     TOWED,
+    Frames,
     Law,
     NodalForces,
     Nodes,
@@ -71,6 +72,8 @@ class Contact(DynamicsPart):
     coordinates) [rad/s].
     inertia : about the axle, of all that turns with the wheel [kg m2]; None: the spin is held
     yaw : small angle by which the axle heads to +y: only the material's velocity knows of it [rad]
+    The rail may stand in a frame of its own that has risen by `raised` [m] and rises at `rise` [m/s]
+    (rail_fem.fe.beam_track): positions here are in that frame.
 
     After `add_forces`: pressure on the rail's nodes and wheel's nodes, `force` (n, 3) on all surface nodes (rail
     first), replicated;
@@ -79,6 +82,8 @@ class Contact(DynamicsPart):
 
     STATE = (
         "offset",
+        "raised",
+        "rise",
         "spin",
         "steps_to_search",
         "near",
@@ -135,7 +140,7 @@ class Contact(DynamicsPart):
         self.neighbours = tuple(edge_neighbours(q) for q in self.quads)
         self.area = sum(tributary_areas(self.reference, q) for q in self.quads)
         self.from_axle = self.reference - np.asarray(axle)
-        self.offset = 0.0  # how far the wheel's frame has moved along x
+        self.offset, self.raised, self.rise = 0.0, 0.0, 0.0  # how far the wheel's frame has moved along x
         self.position, self.before = self.reference.copy(), self.reference.copy()
         self.velocity = np.zeros((n, 3))
         self.force, self.slip = np.zeros((n, 3)), np.zeros((n, 3))
@@ -174,7 +179,11 @@ class Contact(DynamicsPart):
         kernel.pack_motion(self.structure.x, self.structure.v, self.local, self.here, slot, motion)
         if self.comm.size > 1:
             self.comm.Allreduce(MPI.IN_PLACE, motion)
-        kernel.unpack_motion(motion, nodes, self.n_rail, self.offset, self.speed, self.position, self.velocity)
+        kernel.unpack_motion(motion, nodes, self.n_rail, self.frames, self.position, self.velocity)
+
+    @property
+    def frames(self) -> Frames:
+        return Frames(self.offset, self.speed, self.raised, self.rise)
 
     def let_reach(self, facets: np.ndarray) -> None:
         """From now on a search looks at these of the rail's facets (q,) bool; those that come anew count as near.
@@ -356,9 +365,9 @@ class Contact(DynamicsPart):
         if not len(self.watched):
             self.sums[:] = 0.0
             return
-        travel, ranks = dt * self.speed, (self.comm.rank, self.comm.size)
+        ranks = self.comm.rank, self.comm.size
         kernel.predict(
-            *(summed.reshape(-1, 6), self.watched, self.n_rail, self.offset, travel, self.before, self.position),
+            *(summed.reshape(-1, 6), self.watched, self.n_rail, self.frames, dt, self.before, self.position),
             *(*self.pairs, *ranks, self.rows),
         )
         if self.comm.size > 1:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from kernel_cache import njit
 from rail_fem.fe.contact.friction import add_friction_forces, finish_slip
-from rail_fem.fe.contact.pairs import N_ACTIVE, NORMAL_ENERGY, TOWED
+from rail_fem.fe.contact.pairs import CARRIED, N_ACTIVE, NORMAL_ENERGY, TOWED
 from rail_fem.fe.contact.pressure import add_tributary_areas, find_pressures
 from rail_fem.fe.contact.projection import project_some, take
 
@@ -49,35 +49,39 @@ def pack_motion(x, v, local, here, slot, motion):
 
 
 @_compiled
-def unpack_motion(motion, nodes, n_rail, offset, speed, position, velocity):
-    """Rows of all ranks onto the surface nodes (m,), the wheel's (from n_rail on) moved by offset, at `speed`."""
+def unpack_motion(motion, nodes, n_rail, frames, position, velocity):
+    """Rows of all ranks onto the surface nodes (m,), the wheel's (from n_rail on) as the rail's frame has them."""
     for i in range(nodes.size):
         n = nodes[i]
         for c in range(3):
             position[n, c], velocity[n, c] = motion[i, c], motion[i, 3 + c]
         if n >= n_rail:
-            position[n, 0] += offset
-            velocity[n, 0] += speed
+            position[n, 0] += frames.offset
+            velocity[n, 0] += frames.speed
+            position[n, 2] -= frames.raised
+            velocity[n, 2] -= frames.rise
 
 
 @_part
-def unpack(buffer, watched, n_rail, offset, travel, before, position):
-    """Rows of all ranks onto the surface nodes `watched`, the wheel's (from n_rail on) moved by offset and `travel` of
-    the step."""
+def unpack(buffer, watched, n_rail, frames, dt, before, position):
+    """Rows of all ranks onto the surface nodes `watched`, the wheel's (from n_rail on) as the rail's frame has them
+    before and after the step."""
     for i in range(watched.size):
         n = watched[i]
         for c in range(3):
             before[n, c], position[n, c] = buffer[i, c], buffer[i, 3 + c]
         if n >= n_rail:
-            before[n, 0] += offset
-            position[n, 0] += offset + travel
+            before[n, 0] += frames.offset
+            position[n, 0] += frames.offset + dt * frames.speed
+            before[n, 2] -= frames.raised
+            position[n, 2] -= frames.raised + dt * frames.rise
 
 
 @_compiled
-def predict(buffer, watched, n_rail, offset, travel, before, position, on_rail, on_wheel, first, every, rows):
+def predict(buffer, watched, n_rail, frames, dt, before, position, on_rail, on_wheel, first, every, rows):
     """Rows of all ranks onto the surface nodes, as `unpack`; then, of every so many pairs of both surfaces from number
     `first` on, their projections where the nodes would be without contact -> rows (k, PROJECTION), the rail's first."""
-    unpack(buffer, watched, n_rail, offset, travel, before, position)
+    unpack(buffer, watched, n_rail, frames, dt, before, position)
     split = on_rail.slaves.size
     project_some(position, on_rail, first, every, rows[:split])
     project_some(position, on_wheel, first, every, rows[split:])
@@ -150,4 +154,5 @@ def contact_forces(rows, on_rail, on_wheel, watched, n_rail, nodes, law, spin, y
     for n in watched:
         if n >= n_rail:
             sums[TOWED] += found.force[n, 0]
+            sums[CARRIED] += found.force[n, 2]
     return lost

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 # entries of the sums that `forces.contact_forces` adds up: energies of the step [J], moment on the wheel about
-# its axle (y) [N m], force on it along x [N], active pairs
-NORMAL_ENERGY, FRICTION_WORK, AXLE_MOMENT, TOWED, N_ACTIVE = range(5)
-N_SUMS = 5
+# its axle (y) [N m], forces on it along x and z [N], active pairs
+NORMAL_ENERGY, FRICTION_WORK, AXLE_MOMENT, TOWED, CARRIED, N_ACTIVE = range(6)
+N_SUMS = 6
 
 
 class _PairArrays(NamedTuple):
@@ -79,6 +79,16 @@ class Nodes(NamedTuple):
     from_axle: np.ndarray
     position: np.ndarray
     before: np.ndarray
+
+
+class Frames(NamedTuple):
+    """offset, speed : of the wheel's frame along x [m, m/s];  raised, rise : of the rail's along z;  both since the
+    start"""
+
+    offset: float
+    speed: float
+    raised: float
+    rise: float
 
 
 class Law(NamedTuple):
