@@ -18,10 +18,13 @@ def compare(
     ] = None,
     within: Annotated[str | None, typer.Option(help="name the least expensive run within this error, e.g. 5%")] = None,
     quantity: Annotated[str, typer.Option(help="error of what, for --within")] = "impact on the wheel",
+    passes: Annotated[
+        str, typer.Option(metavar="PART", help="wearing in or ratchetting of leg, wing or nose: runs of several passes")
+    ] = "",
     out: Annotated[Path | None, typer.Option(help="folder for compare.md and compare.png")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Cost against error of several models of one scene."""
+    """Cost against error of several models of one scene; damage studies side by side; passes over the same steel."""
     from rail_fem.damage.side_by_side import is_begun
     from rail_fem.result.quantities import two_now
     from rail_fem.show.style import lettering, save
@@ -32,6 +35,14 @@ def compare(
 
     if any(is_begun(folder) for folder in folders):
         compare_studies(folders, out)
+        return
+    if passes:
+        from rail_fem.sweeps.compare_passes import compare_passes
+
+        try:
+            compare_passes(folders, passes, out)
+        except (FileNotFoundError, ValueError, OSError) as error:
+            stop(error)
         return
     if quantity not in side_by_side.QUANTITIES:
         stop(f"--quantity {quantity}{two_now(quantity)}: choose one of {', '.join(side_by_side.QUANTITIES)}")
@@ -54,8 +65,9 @@ def compare(
 
 
 def compare_studies(folders: list[Path], out: Path | None) -> None:
-    """Damage studies side by side."""
+    """Damage studies side by side, two of one crossing also by position."""
     from rail_fem.damage.side_by_side import studies_facts, studies_table
+    from rail_fem.damage.study_pair import compare_pair
 
     try:
         table = studies_table(folders)
@@ -65,6 +77,11 @@ def compare_studies(folders: list[Path], out: Path | None) -> None:
             (out / "compare.md").write_text(table + "\n", encoding="utf-8")
         if MANNER.as_json:
             emit(studies_facts(folders))
+        elif len(folders) == 2 and all(facts["site"] == "crossing" for facts in studies_facts(folders).values()):
+            try:
+                compare_pair(*folders, out)
+            except ValueError as error:
+                say(f"not by position: {error}")
     except (ValueError, OSError) as error:
         stop(error)
 

@@ -73,7 +73,7 @@ def choices() -> dict[str, Any]:
         "crossings": list(choices_of(Crossing.model_fields["family"].annotation)),
         "crossing_ratio": ratio.allowed,
         "examples": examples(),
-        "studies": [{"name": n, "meaning": s.meaning, "quick": s.quick} for n, s in STUDIES.items()],
+        "studies": [{"name": name, "meaning": meaning} for name, meaning in STUDIES.items()],
     }
 
 

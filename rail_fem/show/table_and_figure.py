@@ -1,11 +1,19 @@
-"""What a study leaves in its folder: its table as Markdown, its figure beside it."""
+"""What is told in a table and a figure: on the screen, and in a folder as Markdown, CSV and PNG."""
 
-from collections.abc import Callable
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
 
+import typer
 from matplotlib.figure import Figure
 
 from rail_fem.files.atomic import write_text_atomically
+from rail_fem.files.markdown import markdown_table
+from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.style import lettering, save
 
 
@@ -24,3 +32,46 @@ def write_figure(figure: Path, draw: Callable[[], Figure]) -> None:
     """Write what `draw` makes to `figure` (.png) in the common lettering, whole or not at all. Errors: OSError."""
     with lettering():
         save(draw(), figure)
+
+
+class Table(NamedTuple):
+    """Rows of cells, text or numbers, under a head."""
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[Any]]
+    title: str = ""
+
+    def markdown(self) -> str:
+        """With its title above."""
+        cells = [[f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in row] for row in self.rows]
+        return "\n".join([*([self.title, ""] if self.title else []), *markdown_table(list(self.head), cells)])
+
+    def csv(self) -> str:
+        """Without its title."""
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerows([self.head, *self.rows])
+        return text.getvalue()
+
+
+def publish(
+    name: str,
+    out: Path | None,
+    tables: Iterable[Table],
+    panels: Sequence[Panel] = (),
+    title: str = "",
+    note: str = "",
+    columns: int = 2,
+) -> None:
+    """Print the tables, and with a folder `out` write NAME.md, NAME.csv (tables one below the other) and the panels as
+    NAME.png, each whole or not at all. title : of the figure;  note : a line above the tables. Errors: OSError."""
+    tables = list(tables)
+    text = "\n\n".join([*([note] if note else []), *(table.markdown() for table in tables)]) + "\n"
+    typer.echo(text, nl=False)
+    if out is None:
+        return
+    out.mkdir(parents=True, exist_ok=True)
+    write_text_atomically(out / f"{name}.md", text)
+    if tables:
+        write_text_atomically(out / f"{name}.csv", "\n".join(table.csv() for table in tables))
+    if panels:
+        write_figure(out / f"{name}.png", lambda: panels_figure(panels, title, columns))

@@ -52,8 +52,9 @@ from rail_fem.fe.window import TravellingWindow
 from rail_fem.models.fe_full import positioned_mesh
 from rail_fem.result.versions import versions
 from rail_fem.settings.explicit import FeSettings
+from rail_fem.show.table_and_figure import Table, publish
 from rail_fem.studies import benchmark_kernels as kernels
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK
 from rail_fem.studies.light_speed import rows_of
 
 WAITING = "waiting for messages"

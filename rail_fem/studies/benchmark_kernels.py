@@ -24,7 +24,7 @@ from rail_fem.fe.contact.surface import Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.structure import Structure
 from rail_fem.scene.steel import GRADES, Steel
-from rail_fem.studies.harness import Table
+from rail_fem.show.table_and_figure import Table
 
 Kernel = Literal["one-point", "full", "elastic", "rings"]
 EDGE = 1e-3  # of an element [m]

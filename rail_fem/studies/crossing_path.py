@@ -24,7 +24,8 @@ from geometry.surfaces.sections import SectionCrossing, section_path
 from rail_fem.scene.wheel_profile import wheel_shape
 from rail_fem.show.crossing_figure import GAUGE_DEPTH, outline
 from rail_fem.show.panels import Panel
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.show.table_and_figure import Table, publish
+from rail_fem.studies.harness import OUT, QUICK
 
 MM = 1e-3
 APPROACH = 0.1 * MM  # elastic approach of a wheel under 80 to 100 kN, whose patch's width the bands show

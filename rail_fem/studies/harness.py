@@ -1,63 +1,11 @@
-"""What all studies share: their options, and what they leave behind: tables on the screen, as Markdown and CSV, a
-figure."""
+"""What all studies share: their options."""
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated
 
 import typer
 
-from rail_fem.files.atomic import write_text_atomically
-from rail_fem.files.markdown import markdown_table
-from rail_fem.show.panels import Panel, panels_figure
-from rail_fem.show.table_and_figure import write_figure
-
 OUT = Annotated[Path | None, typer.Option("--out", help="folder for tables (.md, .csv) and figure (.png)")]
 QUICK = Annotated[bool, typer.Option("--quick", help="a look in short time")]
-
-
-class Table(NamedTuple):
-    """Rows of cells, text or numbers, under a head."""
-
-    head: Sequence[str]
-    rows: Sequence[Sequence[Any]]
-    title: str = ""
-
-    def markdown(self) -> str:
-        """With its title above."""
-        cells = [[f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in row] for row in self.rows]
-        return "\n".join([*([self.title, ""] if self.title else []), *markdown_table(list(self.head), cells)])
-
-    def csv(self) -> str:
-        """Without its title."""
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows([self.head, *self.rows])
-        return text.getvalue()
-
-
-def publish(
-    name: str,
-    out: Path | None,
-    tables: Iterable[Table],
-    panels: Sequence[Panel] = (),
-    title: str = "",
-    note: str = "",
-    columns: int = 2,
-) -> None:
-    """Print the tables, and with a folder `out` write NAME.md, NAME.csv (tables one below the other) and the panels as
-    NAME.png, each whole or not at all. title : of the figure;  note : a line above the tables. Errors: OSError."""
-    tables = list(tables)
-    text = "\n\n".join([*([note] if note else []), *(table.markdown() for table in tables)]) + "\n"
-    typer.echo(text, nl=False)
-    if out is None:
-        return
-    out.mkdir(parents=True, exist_ok=True)
-    write_text_atomically(out / f"{name}.md", text)
-    if tables:
-        write_text_atomically(out / f"{name}.csv", "\n".join(table.csv() for table in tables))
-    if panels:
-        write_figure(out / f"{name}.png", lambda: panels_figure(panels, title, columns))

@@ -23,9 +23,9 @@ from bem.patch_edge import edge_positions
 from bem.slices.coupled import SlicePatch, slice_contact
 from rail_fem.contact.patch_methods import MethodRow, table
 from rail_fem.show.panels import Panel
+from rail_fem.show.table_and_figure import publish
 from rail_fem.static_fe.finite_series import finite_series, limit_row, to_stderr
 from rail_fem.static_fe.solid_blocks import BlockPair
-from rail_fem.studies.harness import publish
 
 ROLLING = 0.46
 NOSE, NOSE_LOAD = 0.30, 5e4  # crown radius [m] and load [N] beside an edge

@@ -34,10 +34,11 @@ from rail_fem.contact.patch_methods import (
     thesis_pair,
 )
 from rail_fem.show.panels import Panel
+from rail_fem.show.table_and_figure import publish
 from rail_fem.static_fe.finite_series import finite_series, limit_row, map_difference, to_stderr, zone_about
 from rail_fem.static_fe.solid_blocks import BlockPair
 from rail_fem.static_fe.solid_contact import finite_patch
-from rail_fem.studies.harness import OUT, QUICK, publish
+from rail_fem.studies.harness import OUT, QUICK
 from rail_fem.studies.patch_limits import study_limits
 
 COMPARED = ("half-space", BLOCKS)

@@ -33,9 +33,10 @@ from bem.slices.assumed_load import loaded_slices
 from bem.slices.coupled import slice_contact
 from bem.slices.slices import Slices, wheel_on_prism
 from rail_fem.show.panels import Panel
+from rail_fem.show.table_and_figure import Table, publish
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone
 from rail_fem.static_fe.solid_contact import finite_patch
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK
 
 LOAD, FRICTION, RADII = 1e5, 0.3, (0.46, 0.30)
 CREEPAGE = Creepage(1e-3, 5e-4, 0.3)

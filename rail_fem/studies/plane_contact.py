@@ -30,9 +30,10 @@ from bem.verification.cases import CASES
 from rail_fem.contact.contact_pairs import plain_rail_pair
 from rail_fem.contact.patch_methods import plain_rail_section
 from rail_fem.show.panels import Panel
+from rail_fem.show.table_and_figure import Table, publish
 from rail_fem.static_fe.plane_contact import PlaneContact, solve_plane_contact
 from rail_fem.static_fe.plane_strain import Fineness
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK
 
 MM = 1e-3
 RAIL_LOAD = 4e6  # of the wheel on the rail, per m of thickness [N/m]: the thesis' pressure of 740 MPa within 5 %

@@ -31,7 +31,8 @@ from geometry.profiles.rail import rail_head
 from rail_fem.contact.contact_pairs import plain_rail_pair
 from rail_fem.contact.patch_methods import plain_rail_section
 from rail_fem.show.panels import Panel
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.show.table_and_figure import Table, publish
+from rail_fem.studies.harness import OUT, QUICK
 
 MM, MPA, US = 1e-3, 1e6, 1e-6
 DENSITY = 7800.0  # of the rail [kg/m^3]; the thesis does not state it

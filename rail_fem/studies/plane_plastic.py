@@ -28,9 +28,10 @@ from bem.plane_plastic.cells import Cells
 from bem.plane_plastic.yielding_contact import PlasticContact, Region
 from bem.steel.hardening import Hardening
 from rail_fem.show.panels import Panel
+from rail_fem.show.table_and_figure import Table, publish
 from rail_fem.static_fe.plane_strain import Fineness
 from rail_fem.static_fe.plastic_plane import PlasticPlaneContact, PlasticPlaneStep
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK
 from rail_fem.studies.plane_contact import wheel_on_rail
 from rail_fem.studies.plane_plastic_means import equivalent, means_table, of_cells, of_elements, window_of
 

@@ -19,9 +19,10 @@ import typer
 
 from bem.material import STEEL, Elastic, contact_modulus
 from rail_fem.show.panels import Panel
+from rail_fem.show.table_and_figure import Table, publish
 from rail_fem.static_fe.axisymmetric import AxisymmetricError, YieldingSteel
 from rail_fem.static_fe.pressed_ridge import PressedRidge, Ridge, press_ridge
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK
 
 RIGID = Elastic(1e17, 0.3)
 YIELD, SLOPE = 480e6, 2e9  # [Pa]: about a rail of today

@@ -25,9 +25,10 @@ from bem.plastic.contact import PlasticHalfSpace
 from bem.steel.hardening import Hardening
 from rail_fem.result.extrapolation import limit_of
 from rail_fem.show.panels import Panel
+from rail_fem.show.table_and_figure import Table, publish
 from rail_fem.static_fe.axisymmetric import YieldingSteel
 from rail_fem.static_fe.pressed_sphere import Pressed, press_sphere
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.harness import OUT, QUICK
 
 RIGID = Elastic(1e17, 0.3)
 RADIUS, YIELD = 0.1, 310e6  # [m], [Pa]

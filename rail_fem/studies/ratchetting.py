@@ -23,7 +23,8 @@ from bem.steel.closed_forms import ratchet_strain
 from bem.steel.cyclic_law import CyclicLaw, cyclic_law
 from bem.steel.paths import uniaxial_cycles
 from rail_fem.show.panels import Panel
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.show.table_and_figure import Table, publish
+from rail_fem.studies.harness import OUT, QUICK
 from rail_fem.studies.rolled_passes import TRACTION, panels, roll_all, table
 
 YOUNG, POISSON, YIELD, HALF_WIDTH = 210e9, 0.3, 300e6, 5e-3

@@ -33,7 +33,8 @@ from rail_fem.result.result import PassResult
 from rail_fem.result.result import load as load_result
 from rail_fem.scene.steel import MN13
 from rail_fem.show.panels import Panel
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.show.table_and_figure import Table, publish
+from rail_fem.studies.harness import OUT, QUICK
 
 BODY, STEEL = Elastic(210e9, 0.3), MN13
 MODULUS = contact_modulus(BODY, BODY)

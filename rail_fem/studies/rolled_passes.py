@@ -18,7 +18,7 @@ from bem.cycle_jumps import LEAST_FLOW, JumpRule
 from bem.plastic.rolling_line import NoEquilibriumError, RollingHistory, rolling_line_contact
 from bem.steel.cyclic_law import CyclicLaw
 from rail_fem.show.panels import Panel
-from rail_fem.studies.harness import Table
+from rail_fem.show.table_and_figure import Table
 
 TRACTION = 0.1
 RATIOS = (3.2, 3.8, 4.2, 4.6, 5.0, 5.6)  # largest pressure over the shear yield stress

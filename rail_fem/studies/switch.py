@@ -21,7 +21,8 @@ from geometry.wheelset import Wheelset, WheelsetError
 from rail_fem.contact.load_sharing import MISSED, LoadedWheelset, equilibrium_under
 from rail_fem.files.atomic import write_text_atomically
 from rail_fem.show.panels import Panel
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.show.table_and_figure import Table, publish
+from rail_fem.studies.harness import OUT, QUICK
 
 MM = 1e-3
 AXLE_LOAD = 200e3  # thesis 3.9 [N]

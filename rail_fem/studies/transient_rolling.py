@@ -29,7 +29,8 @@ from rail_fem.hierarchy import solve
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings
 from rail_fem.show.panels import Panel
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.show.table_and_figure import Table, publish
+from rail_fem.studies.harness import OUT, QUICK
 
 SPACING = 0.5e-3  # of the patches of the pass, and of steady ones [m]
 STEP = 0.2e-3  # rolled at once, and of the grid along [m]

@@ -26,7 +26,8 @@ from geometry.wheelset import SIDES, Track, Wheelset
 from rail_fem.contact.load_sharing import LoadedWheelset, static_equilibrium
 from rail_fem.files.atomic import write_text_atomically
 from rail_fem.show.panels import Panel
-from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.show.table_and_figure import Table, publish
+from rail_fem.studies.harness import OUT, QUICK
 
 MM = 1e-3
 AXLE_LOAD = 98.15e3  # thesis Table 3-1 [N]

@@ -3,10 +3,10 @@ or plastic flow beside wear.
 
     rail-fem damage cases/damage/crossing_life.toml --out runs/life
     rail-fem damage cases/damage/crossing_life.toml --set damage.block_share=0.05 --out runs/life_half
-    rail-fem study damage-pair runs/life runs/life_half --out blocks            the finer, or the simpler, study second
+    rail-fem compare runs/life runs/life_half --out blocks            the finer, or the simpler, study second
 
     rail-fem damage cases/damage/crossing_flow.toml --out runs/flow             and without plastic_flow: runs/wear
-    rail-fem study damage-pair runs/flow runs/wear --out flow
+    rail-fem compare runs/flow runs/wear --out flow
 
 Differences are of the first study to the second, in what the surface lost by wear and flow: of single positions in the
 plan, of means over stretches of the running direction, of the deepest in each section, and of the volume.
@@ -15,14 +15,12 @@ plan, of means over stretches of the running direction, of the deepest in each s
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import typer
 
 from geometry.surfaces.bodies import BODIES
 from rail_fem.show.panels import Panel
-from rail_fem.studies.harness import OUT, Table, publish
+from rail_fem.show.table_and_figure import Table, publish
 
 UM, MM, KN = 1e6, 1e3, 1e-3
 PASSES, WORN, FORCE, FLOW = 0, 1, 5, 6  # columns of a study's log
@@ -135,12 +133,8 @@ def panels(one: Study, two: Study, names: tuple[str, str]) -> list[Panel]:
     return [*found, Panel("passes", "largest force [kN]", over(FORCE, KN), log="x")]
 
 
-def main(
-    first: Annotated[Path, typer.Argument(help="folder of a finished damage study of a crossing")],
-    second: Annotated[Path, typer.Argument(help="folder of the same in shorter blocks, or without plastic flow")],
-    out: OUT = None,
-) -> None:
-    """Two damage studies of one crossing side by side, by position and over the passes."""
+def compare_pair(first: Path, second: Path, out: Path | None) -> None:
+    """Tables and figure of two studies, by position and over the passes. Errors: those of `read_pair`; OSError."""
     one, two = read_pair(first, second)
     title = f"{first.name} against {second.name}, {two['log'][-1, PASSES]:,.0f} passes"
-    publish("damage_pair", out, tables(one, two), panels(one, two, (first.name, second.name)), title)
+    publish("compare_pair", out, tables(one, two), panels(one, two, (first.name, second.name)), title)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from rail_fem.result.result import PassResult, load
-from rail_fem.studies.repeated_passes import added, factors, falls, main, steel_of, table
+from rail_fem.sweeps.compare_passes import added, compare_passes, factors, falls, steel_of, table
+from tests.commands import call
 from tests.rail_fem.test_scene import CYCLIC, make_scene
 
 
@@ -40,7 +41,7 @@ def test_steels_are_named_and_single_passes_refused(tmp_path):
     assert steel_of(made_up([1.0], False)) == "Mn13, isotropic hardening"
     made_up([1.0], False).save(tmp_path)
     with pytest.raises(ValueError, match="passes = 2 or more"):
-        main([tmp_path], None, "nose")
+        compare_passes([tmp_path], "nose", None)
 
 
 def test_the_surface_of_each_pass_is_read_from_its_folder(tmp_path):
@@ -53,9 +54,10 @@ def test_the_surface_of_each_pass_is_read_from_its_folder(tmp_path):
 def test_table_and_figure_are_written(tmp_path):
     for name, cyclic in (("a", False), ("b", True)):
         made_up(300 * 0.8 ** np.arange(8), cyclic).save(tmp_path / name)
-    main([tmp_path / "a", tmp_path / "b"], tmp_path / "out", "nose")
-    assert (tmp_path / "out" / "repeated_passes.png").stat().st_size > 10_000
-    assert "0.80, 0.80" in (tmp_path / "out" / "repeated_passes.md").read_text()
+    call("compare", tmp_path / "a", tmp_path / "b", "--passes", "nose", "--out", tmp_path / "out")
+    assert (tmp_path / "out" / "passes.png").stat().st_size > 10_000
+    assert "0.80, 0.80" in (tmp_path / "out" / "passes.md").read_text()
+    assert "choose from leg, wing, nose" in call("compare", tmp_path / "a", "--passes", "frog", code=2).output
 
 
 def test_the_leg_is_of_the_wing_rail_s_steel_and_has_numbers_of_its_own():
@@ -64,4 +66,4 @@ def test_the_leg_is_of_the_wing_rail_s_steel_and_has_numbers_of_its_own():
     row = table([result], [np.full(8, 1e-6)], "leg").markdown().splitlines()[-1]
     assert "200, 200" in row and "0.50, 0.50" in row
     with pytest.raises(ValueError, match="choose from leg, wing, nose"):
-        main([], None, "frog")
+        compare_passes([], "frog", None)

@@ -2,7 +2,7 @@
 
     rail-fem run cases/repeated_passes.toml --out runs/cyclic
     rail-fem run isotropic.toml --out runs/isotropic            the same without the tables "cyclic"
-    rail-fem study repeated-passes runs/isotropic runs/cyclic --out passes      --part leg, wing: in place of the nose
+    rail-fem compare runs/isotropic runs/cyclic --passes nose --out passes
 
 What a pass adds to the integral of the plastic strain falls from pass to pass by a factor; were this factor of the last
 three passes to last, all further passes together would add what a geometric series does. Where it grows towards 1
@@ -13,14 +13,12 @@ far the running surface has fallen, clear of the wheel, says whether the flow ru
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import typer
 
 from rail_fem.result.result import NAN, PassResult, load
 from rail_fem.show.panels import Panel
-from rail_fem.studies.harness import OUT, Table, publish
+from rail_fem.show.table_and_figure import Table, publish
 
 LAST = 3  # passes over which the factor is taken
 PARTS = {"leg": "wing", "wing": "wing", "nose": "nose"}  # part of a crossing -> body whose steel it is of
@@ -117,16 +115,11 @@ def panels(results: list[PassResult], fallen: list[np.ndarray], part: str = "nos
     return [Panel("pass", words, over(values)) for words, values in asked.items()]
 
 
-def main(
-    runs: Annotated[list[Path], typer.Argument(help="folders of finished runs with passes > 1")],
-    out: OUT = None,
-    part: Annotated[str, typer.Option(help="of the crossing: " + ", ".join(PARTS))] = "nose",
-) -> None:
-    """Wearing in or ratchetting: force of each pass and what it adds to the plastic strain of a part of the crossing,
-    by the steels of the runs."""
+def compare_passes(runs: list[Path], part: str, out: Path | None) -> None:
+    """Table and figure. part : of the crossing. Errors: ValueError for another part, those of `read`; OSError."""
     if part not in PARTS:
-        raise ValueError(f"--part {part}: choose from {', '.join(PARTS)}")
+        raise ValueError(f"--passes {part}: choose from {', '.join(PARTS)}")
     results = read(runs)
     fallen = [falls(folder, result, part) for folder, result in zip(runs, results)]
     drawn = panels(results, fallen, part)
-    publish("repeated_passes", out, [table(results, fallen, part)], drawn, f"Passes over the same {part}")
+    publish("passes", out, [table(results, fallen, part)], drawn, f"Passes over the same {part}")

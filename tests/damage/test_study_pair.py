@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rail_fem.studies.damage_pair import main, read, tables
+from rail_fem.damage.study_pair import compare_pair, read, tables
 
 
 def write_study(folder, blocks, factor=1.0, passes=100.0, flows=False):
@@ -23,12 +23,12 @@ def write_study(folder, blocks, factor=1.0, passes=100.0, flows=False):
 def test_table_and_figure_of_two_lengths_of_blocks(tmp_path, capsys):
     """2 % deeper on half the nose: 1 % of volume, 2 % of depth at most, one half of the plan within 1 %."""
     coarse, fine = write_study(tmp_path / "coarse", 5, 1.02), write_study(tmp_path / "fine", 10)
-    main(coarse, fine, tmp_path / "out")
+    compare_pair(coarse, fine, tmp_path / "out")
     text = capsys.readouterr().out
     assert "102, 100 (+2.0%)" in text and "(+1.00%)" in text and "wing" not in text
     assert "| nose, 350 to 400 mm | 100, 100 | +0.0% |" in text and "| nose, 400 to 450 mm | 102, 100 | +2.0% |" in text
-    assert (tmp_path / "out" / "damage_pair.md").read_text() == text
-    assert (tmp_path / "out" / "damage_pair.png").stat().st_size > 10_000
+    assert (tmp_path / "out" / "compare_pair.md").read_text() == text
+    assert (tmp_path / "out" / "compare_pair.png").stat().st_size > 10_000
 
 
 def test_flow_beside_wear_alone(tmp_path):
@@ -42,6 +42,6 @@ def test_flow_beside_wear_alone(tmp_path):
 def test_studies_that_are_no_pair_are_refused(tmp_path):
     coarse = write_study(tmp_path / "coarse", 5)
     with pytest.raises(ValueError, match="no damage.npz"):
-        main(tmp_path, coarse, None)
+        compare_pair(tmp_path, coarse, None)
     with pytest.raises(ValueError, match="100 and 50 passes"):
-        main(coarse, write_study(tmp_path / "other", 10, passes=50.0), None)
+        compare_pair(coarse, write_study(tmp_path / "other", 10, passes=50.0), None)
