@@ -40,7 +40,7 @@ class BeamTrack(DynamicsPart):
         self.beam, self.start, self.contact, self.free = start.beam, start, contact, False
         self.position, self.velocity = start.position.copy(), start.velocity.copy()
         self.height = start.height(x)
-        self.wheel = x - contact.offset  # where it is at no offset of the contact [m]
+        self.wheel = x - contact.wheel.offset  # where it is at no offset of the contact [m]
         self.work = self.towed = self.lost = 0.0
         self.change = np.empty(len(self.position))
         self.step = 0.0  # none yet [s]
@@ -54,7 +54,7 @@ class BeamTrack(DynamicsPart):
     def let_go(self, speed: float) -> None:
         """From now on the beam moves. speed : of the wheel along x [m/s]"""
         self.free = True
-        self.contact.rise = self.start.rise(self.wheel + self.contact.offset, speed)
+        self.contact.search.rise = self.start.rise(self.wheel + self.contact.wheel.offset, speed)
 
     def drift(self, dt: float) -> None:
         """The beam under the contact force of the step, and the frame where the wheel is now."""
@@ -64,14 +64,15 @@ class BeamTrack(DynamicsPart):
             self.step = dt
             self.after_restore()
         contact = self.contact
-        push, at = -contact.sums[CARRIED], self.wheel + contact.offset
+        push, at = -contact.sums[CARRIED], self.wheel + contact.wheel.offset
         work, lost = leap(
-            *(self.position, self.velocity, self.damped, self.change), *(push, at - dt * contact.speed, dt, self.band)
+            *(self.position, self.velocity, self.damped, self.change),
+            *(push, at - dt * contact.wheel.speed, dt, self.band),
         )
         before, self.height = self.height, height_under(self.position, at, self.band)
         moved = self.height - before
-        contact.raised += moved
-        contact.rise = moved / dt
+        contact.search.raised += moved
+        contact.search.rise = moved / dt
         self.work += work
         self.towed += push * moved - work
         self.lost += lost
@@ -87,4 +88,4 @@ class BeamTrack(DynamicsPart):
         }
 
     def shares(self) -> tuple[float, float]:
-        return 0.0, self.work if self.contact.comm.rank == 0 else 0.0
+        return 0.0, self.work if self.contact.surfaces.comm.rank == 0 else 0.0

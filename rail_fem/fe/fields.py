@@ -41,7 +41,7 @@ def write_frame(path: Path, dynamics: Dynamics, wheel_offset: float) -> None:
     dynamics.bring_up()
     if comm.rank == 0:
         path.parent.mkdir(parents=True, exist_ok=True)
-    raised = 0.0 if dynamics.contact is None else dynamics.contact.raised
+    raised = 0.0 if dynamics.contact is None else dynamics.contact.search.raised
     blocks = _node_blocks(domain, dynamics.structure.x, wheel_offset, raised) + _cell_blocks(dynamics)
     chunks = [compressed(column, rows) for column, rows in blocks]
     every = comm.allgather([[len(chunk) for chunk in mine] for mine in chunks])

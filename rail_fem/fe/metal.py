@@ -26,7 +26,7 @@ def metal(run: Run) -> dict[str, dict]:
     residual, and the surface: see `surface_change`. Collective, replicated."""
     run.dynamics.bring_up()
     domain, mesh, rows = run.dynamics.domain, run.passage.mesh, cell_rows(run.dynamics)
-    wheel = run.passage.running.start + run.dynamics.contact.offset
+    wheel = run.passage.running.start + run.dynamics.contact.wheel.offset
     found = {}
     for part in parts_of(run):
         mine = cells_of(part, domain)

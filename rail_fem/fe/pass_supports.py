@@ -25,14 +25,13 @@ NEXT_POSITION = 2.5e-3  # where the contact at the start is looked at once more 
 
 
 class Supported(NamedTuple):
-    """Rigid groups of crossing, axle and sprung mass (None without suspension), all supports, and the damper that is on
-    while the wheel settles (None: it does not)."""
+    """Rigid group of the sprung mass (None without suspension), all supports, the damper that is on while the wheel
+    settles (None: it does not), what holds the wheelset across the track (None: its lateral position is given)."""
 
-    crossing: RigidGroup
-    axle: RigidGroup
     sprung: RigidGroup | None
     supports: Supports
     settling: Link | None
+    guide: LateralGuide | None
 
 
 def build_supports(
@@ -40,19 +39,24 @@ def build_supports(
     settings: FeSettings,
     running: Running,
     start: StartState,
-    base_nodes: np.ndarray,
-    rim_nodes: np.ndarray,
+    aside: LateralStart | None,
+    crossing: RigidGroup,
+    axle: RigidGroup,
     factor: float = 1.0,
 ) -> Supported:
     """Crossing on its foundation, or at rest in the frame of a beam; axle with half a wheelset, sprung mass on the
-    primary suspension; springs as the start wants them. factor : of mass scaling on the wheel's mesh.
+    primary suspension; springs as the start wants them, each body as heavy as the case says.
+
+    aside : the wheelset across the track, where it may move;  crossing, axle : groups that know the masses of their
+        meshes, freed and loaded here;  factor : of mass scaling on the wheel's mesh
 
     While it settles the axle is pressed down so that the contact comes to carry the start's force. Vertical only: the
     lateral position and the speed of the wheel are given (thesis assumption 1).
+
+    Errors: ValueError where a mesh is heavier than its body.
     """
     vertical = (False, False, True)
-    crossing = RigidGroup("crossing", base_nodes, free=vertical)
-    axle = RigidGroup("axle", rim_nodes, free=vertical, load=np.array([0.0, 0.0, -start.force]))
+    crossing.free, axle.load[2] = vertical, -start.force
     groups, links, sprung = [crossing, axle], [], None
     if settings.suspension:
         mass = scene.vehicle.wheel_sprung_mass
@@ -80,17 +84,18 @@ def build_supports(
             rate=rate,
         )
         links.append(settling)
-    return Supported(crossing, axle, sprung, Supports(groups, links), settling)
+    set_lumped_masses(scene, settings, crossing, axle, settled=settling is None)
+    guide = None if aside is None else guide_across(scene, aside, axle)
+    axle.free = (False, guide is not None and settling is None, True)
+    return Supported(sprung, Supports(groups, links, [guide] if guide else []), settling, guide)
 
 
-def guide_across(scene: Scene, aside: LateralStart, axle: RigidGroup, supports: Supports) -> LateralGuide:
+def guide_across(scene: Scene, aside: LateralStart, axle: RigidGroup) -> LateralGuide:
     """The force of the vehicle and of the other wheel's inclined contact on the axle, the other half of the wheelset's
     mass, check rail and creep of the other wheel."""
     axle.load[1] = aside.force + aside.other_push
     axle.lateral_mass = scene.vehicle.wheel_unsprung_mass
-    guide = LateralGuide(axle, aside, scene.speed, scene.friction)
-    supports.guides.append(guide)
-    return guide
+    return LateralGuide(axle, aside, scene.speed, scene.friction)
 
 
 def loaded_stiffness(scene: Scene, running: Running) -> float:

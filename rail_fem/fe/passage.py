@@ -18,13 +18,15 @@ from geometry.meshing.hexmesh import HexMesh
 from geometry.surfaces.bodies import CROSSING, PassBody
 from rail_fem.fe.beam_track import BeamTrack
 from rail_fem.fe.blocks import ElementSettings
-from rail_fem.fe.contact.contact import Contact, ContactSettings
-from rail_fem.fe.contact.surface import Surface
+from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.contact.search import ContactSettings
+from rail_fem.fe.contact.surface import ContactSurfaces, Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.lateral_guide import LateralGuide
 from rail_fem.fe.mass_scaling import MassScaling, choose_scaling
-from rail_fem.fe.pass_supports import build_supports, guide_across, set_lumped_masses
+from rail_fem.fe.pass_supports import build_supports, set_lumped_masses
+from rail_fem.fe.rolling_wheel import RollingWheel
 from rail_fem.fe.running import Running
 from rail_fem.fe.slabs import Slabs, cut_into_slabs, slab_parts
 from rail_fem.fe.start_state import StartState, resting
@@ -100,62 +102,59 @@ def build_passage(
         axis=axis,
     )
     is_wheel = comm.bcast(None if mesh is None else _on_wheel(len(mesh.points), mesh)[mesh.clamp], root=0)
+    masses = structure.region_masses()
+    crossing = RigidGroup(
+        "crossing",
+        clamp[~is_wheel],
+        mesh_mass=float(sum(masses[body] for body in CROSSING)),
+        moving_mass=None if slabs is None else scaling.meshes["crossing"],
+    )
+    axle = RigidGroup("axle", clamp[is_wheel], mesh_mass=float(masses[PassBody.WHEEL]))
     wheel_factor = scaling.meshes["wheel"] / scaling.steel["wheel"]
-    held = build_supports(scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel], wheel_factor)
-    crossing, axle, sprung, supports, settling = held
-    guide = None if aside is None else guide_across(scene, aside, axle, supports)
+    held = build_supports(scene, settings, running, start, aside, crossing, axle, wheel_factor)
     of_crossing = np.isin(quad_region, CROSSING)
     rail, wheel = Surface.from_quads(quads[of_crossing]), Surface.from_quads(quads[~of_crossing])
     of_facets = quad_region[of_crossing]
-    contact = Contact(
-        structure,
-        rail,
-        wheel,
-        contact_settings(scene, settings, steels[PassBody.WING]),
+    rolling = RollingWheel(
         speed=running.speed,
         spin=running.spin,
         axle=(running.start, running.datum_y, datum_height + scene.wheel.radius),
         inertia=scene.vehicle.wheel_spin_inertia if settings.spin == "free" else None,
         yaw=0.0 if aside is None else running.sign * aside.heading,
     )
+    law = contact_settings(scene, settings, steels[PassBody.WING])
+    contact = Contact(ContactSurfaces(structure, rail, wheel), law, rolling)
     window = None
     if slabs is not None:
         window = TravellingWindow(structure, slabs, extent, crossing, contact, of_facets)
     track, released = None, running.start + running.speed * settings.settle_time
     if start.beam is not None and settings.stands_on_beam(scene):
         track = BeamTrack(start.beam, released, contact)
-    dynamics = Dynamics(structure, supports, contact, window=window, more=() if track is None else (track,))
-    masses = structure.region_masses()
-    crossing.mesh_mass, axle.mesh_mass = float(sum(masses[body] for body in CROSSING)), float(masses[PassBody.WHEEL])
-    if window is not None:
-        crossing.moving_mass = scaling.meshes["crossing"]
-    set_lumped_masses(scene, settings, crossing, axle, settled=settling is None)
-    axle.free = (False, guide is not None and settling is None, True)
-    start_velocities(dynamics, running, axle, sprung)
+    dynamics = Dynamics(structure, held.supports, contact, window=window, more=() if track is None else (track,))
+    start_velocities(dynamics, running, axle, held.sprung)
     region = np.zeros(len(rail.nodes), np.int64)
     region[rail.quads] = of_facets[:, None]
     static = scene.static_wheel_load / scene.foundation.stiffness
     if track is not None:
         static = -track.beam.under(scene.static_wheel_load, released, running.speed).height(released)
     deflection, lifted = (start.foundation, static - start.foundation) if settings.foundation else (0.0, 0.0)
-    load = scene.static_wheel_load if start.resting else np.nan
     return Passage(
-        dynamics,
-        running,
-        _on_wheel(domain.n_nodes, domain),
-        crossing,
-        axle,
-        sprung,
-        settling,
-        mesh,
-        region,
-        start,
-        load,
-        datum_height + lifted,
-        deflection,
-        scaling,
-        guide,
-        track,
+        dynamics=dynamics,
+        running=running,
+        on_wheel=_on_wheel(domain.n_nodes, domain),
+        crossing=crossing,
+        axle=axle,
+        sprung=held.sprung,
+        settling=held.settling,
+        mesh=mesh,
+        rail_region=region,
+        start=start,
+        static_load=scene.static_wheel_load if start.resting else np.nan,
+        datum_height=datum_height + lifted,
+        static_deflection=deflection,
+        scaling=scaling,
+        guide=held.guide,
+        track=track,
     )
 
 

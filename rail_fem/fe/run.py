@@ -134,7 +134,7 @@ class Run:
         running, d = self.passage.running, self.dynamics
         if d.time >= running.duration * (1 - 1e-12):
             return ""
-        x = running.start + d.contact.offset
+        x = running.start + d.contact.wheel.offset
         return (
             f"max_steps = {self.settings.max_steps} ended it at x = {x * 1e3:.1f} mm, {d.time / running.duration:.1%}"
             " of the pass"
@@ -177,7 +177,7 @@ class Run:
         d = self.dynamics
         self.recorder.row(energies)
         self.next_row += self.settings.history_interval
-        balance = self._balance_share(energies)
+        balance, x = self._balance_share(energies), self.passage.running.start + d.contact.wheel.offset
         if self.progress:
             self.progress.update(
                 step=d.step_count, time=d.time, end_time=self.passage.running.duration, energy_balance=balance
@@ -185,8 +185,8 @@ class Run:
         if balance > trust.STOP_BALANCE:
             raise ArithmeticError(
                 f"energy balance error {balance:.1%} of the work of contact at step {d.step_count}, t ="
-                f" {d.time * 1e3:.4f} ms, x = {self.passage.running.start * 1e3 + d.contact.offset * 1e3:.1f} mm: the"
-                f" run is unstable; take courant below {self.settings.courant:g}; the last restart file is kept"
+                f" {d.time * 1e3:.4f} ms, x = {x * 1e3:.1f} mm: the run is"
+                f" unstable; take courant below {self.settings.courant:g}; the last restart file is kept"
             )
 
     def _balance_share(self, energies: dict[str, float]) -> float:
@@ -214,7 +214,7 @@ class Run:
         if self.folder is None:
             return
         d = self.dynamics
-        write_frame(self.folder / "fields" / name, d, d.contact.offset)
+        write_frame(self.folder / "fields" / name, d, d.contact.wheel.offset)
         self.frames.append([d.time, name])
         if self.comm.rank == 0:
             write_collection(self.folder / "fields" / "pass.pvd", self.frames)

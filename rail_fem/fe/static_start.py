@@ -22,7 +22,7 @@ from mpi4py import MPI
 
 from geometry.meshing.quality import eigen_length
 from rail_fem.fe.contact.contact import Contact
-from rail_fem.fe.contact.surface import Surface
+from rail_fem.fe.contact.surface import ContactSurfaces
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.pass_supports import loaded_stiffness
 from rail_fem.fe.passage import Passage, start_velocities
@@ -81,11 +81,8 @@ def _relaxing(passage: Passage, stiffness: float) -> tuple[Dynamics, RigidGroup,
     base = RigidGroup("base", passage.crossing.input_nodes)
     axle = RigidGroup("axle", passage.axle.input_nodes)
     of_pass = passage.dynamics.contact
-    surfaces = (
-        Surface(of_pass.input_nodes[: of_pass.n_rail], of_pass.quads[0]),
-        Surface(of_pass.input_nodes[of_pass.n_rail :], of_pass.quads[1] - of_pass.n_rail),
-    )
-    contact = Contact(structure, *surfaces, replace(of_pass.settings, friction=0.0, refresh=LOOK))
+    surfaces = ContactSurfaces(structure, *of_pass.surfaces.each())
+    contact = Contact(surfaces, replace(of_pass.settings, friction=0.0, refresh=LOOK))
     owned = structure.domain.n_owned
     wheel = structure.mass[:owned] @ passage.on_wheel[:owned]
     frequency = np.sqrt(stiffness / structure.domain.comm.allreduce(float(wheel)))
@@ -141,4 +138,4 @@ def _relax(d: Dynamics, axle: RigidGroup, load: float, frequency: float, stiffne
 
 def _carried(d: Dynamics) -> float:
     """Force of the contact upwards on the wheel [N]. Replicated."""
-    return -float(d.contact.force[: d.contact.n_rail, 2].sum())
+    return -float(d.contact.force_on_rail()[2])

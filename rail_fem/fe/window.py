@@ -81,7 +81,8 @@ class TravellingWindow(DynamicsPart):
     ):
         self.structure, self.slabs, self.extent, self.group = structure, slabs, extent, group
         self.contact, self.facet_region = contact, facet_region
-        self.facet_slab = slabs.of_cells(contact.reference[contact.quads[0]].mean(axis=1)[:, 0], facet_region)
+        rail = contact.surfaces.quads[0]
+        self.facet_slab = slabs.of_cells(contact.surfaces.reference[rail].mean(axis=1)[:, 0], facet_region)
         domain = structure.domain
         self.comm = domain.comm
         region = np.zeros(domain.n_nodes, np.int64)
@@ -133,7 +134,7 @@ class TravellingWindow(DynamicsPart):
         return self.within
 
     def follow(self, touched: np.ndarray) -> None:
-        self.contact.let_reach(self.facets)
+        self.contact.search.let_reach(self.facets)
 
     @property
     def rigid(self) -> np.ndarray:
@@ -186,7 +187,7 @@ class TravellingWindow(DynamicsPart):
         return True
 
     def moved_on(self) -> bool:
-        return self.advance(self.contact.offset)
+        return self.advance(self.contact.wheel.offset)
 
     def _next_event(self, offset: float) -> float:
         """Distance of the wheel from its start [m] at which an end of the window comes to the next plane."""
@@ -257,7 +258,7 @@ class TravellingWindow(DynamicsPart):
 
     def end_message(self) -> str | None:
         """Where contact comes as near to an end of the window as a slab."""
-        x, offset = self.contact.carrying_x(), self.contact.offset
+        x, offset = self.contact.carrying_x(), self.contact.wheel.offset
         (low, high), slab = self.extent.ends(offset), self.slabs.shortest
         if not len(x) or (x.min() > low + slab and x.max() < high - slab):
             return None

@@ -40,6 +40,7 @@ from rail_fem.fe import supports as supports_module
 from rail_fem.fe.contact import contact as contact_module
 from rail_fem.fe.contact import forces as contact_kernels
 from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.contact.search import PairSearch
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.passage import build_passage
@@ -67,8 +68,8 @@ TURN = 30  # steps of one pass before those of the other
 PARTS: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
     ("kernels of wing and nose", Structure, ("add_internal_force",)),
     ("kernels of the wheel", Structure, ("_add_small_force",)),
-    ("searches of contact", Contact, ("search",)),
-    ("projections", Contact, ("_project",)),
+    ("searches of contact", PairSearch, ("search",)),
+    ("projections", PairSearch, ("project",)),
     ("positions of contact", Contact, ("ready", "pack")),
     ("pressures and forces of contact", Contact, ("add_forces",)),
     ("energies", Dynamics, ("_energies",)),
@@ -185,7 +186,7 @@ def watch_messages(run: Run, watch: Stopwatch | Log, names: dict[str, str]) -> N
     """Time the collective calls of this pass from now on."""
     Watched.watch, Watched.names = watch, names
     dynamics, comm = run.dynamics, Watched(run.comm)
-    dynamics.comm = dynamics.contact.comm = comm
+    dynamics.comm = dynamics.contact.surfaces.comm = comm
     if dynamics.window is not None:
         dynamics.window.comm = comm
 

@@ -18,10 +18,12 @@ from geometry.meshing.hexmesh import merge_bodies
 from kernel_cache import njit
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.compat import fem, function_space
-from rail_fem.fe.contact.contact import Contact, ContactSettings
+from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.pairs import N_ACTIVE
-from rail_fem.fe.contact.surface import Surface
+from rail_fem.fe.contact.search import ContactSettings
+from rail_fem.fe.contact.surface import ContactSurfaces, Surface
 from rail_fem.fe.domain import Domain
+from rail_fem.fe.rolling_wheel import RollingWheel
 from rail_fem.fe.structure import Structure
 from rail_fem.scene.steel import GRADES, Steel
 from rail_fem.show.table_and_figure import Table
@@ -178,19 +180,20 @@ def contact_cost(across: int, effort: Effort) -> ContactCost:
     rail_surface, wheel_surface = (Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1))
     refresh = 50
     settings = ContactSettings(1e15, friction=0.3, refresh=refresh)
-    contact = Contact(structure, rail_surface, wheel_surface, settings, speed=30.0, spin=70.0, axle=(0.0, 0.0, 0.42))
-    contact.search(1e-7)
+    wheel_frame = RollingWheel(30.0, 70.0, (0.0, 0.0, 0.42))
+    contact = Contact(ContactSurfaces(structure, rail_surface, wheel_surface), settings, wheel_frame)
+    contact.ready(1e-7)
     message = np.empty(contact.size)
 
     def forces():
-        contact.steps_to_search = refresh
+        contact.search.steps_left = refresh
         contact.pack(1e-7, message)
         contact.add_forces(1e-7, message)
 
     seconds = least_time(forces, effort)
     pairs = sum(len(pairs.slaves) for pairs in contact.pairs)
     return ContactCost(
-        pairs, int(contact.sums[N_ACTIVE]), seconds, least_time(lambda: contact.search(1e-7), effort), refresh
+        pairs, int(contact.sums[N_ACTIVE]), seconds, least_time(lambda: contact.search.search(1e-7), effort), refresh
     )
 
 

@@ -20,8 +20,9 @@ from bem.exact.hertz import PointContact, point_contact
 from bem.material import STEEL, contact_modulus
 from geometry.meshing.blocks import mesh_cap
 from geometry.meshing.hexmesh import HexMesh, merge_bodies
-from rail_fem.fe.contact.contact import Contact, ContactSettings
-from rail_fem.fe.contact.surface import Surface
+from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.contact.search import ContactSettings
+from rail_fem.fe.contact.surface import ContactSurfaces, Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.structure import Structure
@@ -40,11 +41,9 @@ class MirroredContact(Contact):
     """Contact of bodies cut along symmetry planes: no force in directions that the planes hold, `held` (n_nodes, 3)
     bool of local nodes."""
 
-    def __init__(
-        self, structure: Structure, rail: Surface, wheel: Surface, settings: ContactSettings, held: np.ndarray
-    ):
-        super().__init__(structure, rail, wheel, settings)
-        self.held = self._gather_all(np.where(held, 1.0, 0.0)) > 0.5
+    def __init__(self, surfaces: ContactSurfaces, settings: ContactSettings, held: np.ndarray):
+        super().__init__(surfaces, settings)
+        self.held = surfaces.gather(np.where(held, 1.0, 0.0)) > 0.5
 
     def add_forces(self, dt: float, summed: np.ndarray) -> None:
         super().add_forces(dt, summed)
@@ -100,10 +99,12 @@ def press(
     for axis in mirrors:
         fixed[:, axis] = np.abs(x[:, axis]) < 1e-9
     fixed[:, list(still)] = True
-    rail_surface, wheel_surface = (Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1))
+    surfaces = ContactSurfaces(
+        structure, *(Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1))
+    )
     edge = np.linalg.norm(mesh.points[mesh.surface[:, 1]] - mesh.points[mesh.surface[:, 0]], axis=1).min()
     modulus = steel.density * steel.wave_speed**2
-    contact = MirroredContact(structure, rail_surface, wheel_surface, ContactSettings(penalty * modulus / edge), fixed)
+    contact = MirroredContact(surfaces, ContactSettings(penalty * modulus / edge), fixed)
     return Dynamics(structure, Supports([base, plate]), contact, fixed, mass_damping=1.4 * frequency)
 
 
@@ -119,7 +120,7 @@ def settle(dynamics: Dynamics, load: float, energy: float, longest: float) -> No
             dynamics.step(dt)
         dynamics.check()
         kinetic = dynamics.comm.allreduce(dynamics.structure.kinetic_energy())
-        carried = -dynamics.contact.force[: dynamics.contact.n_rail, 2].sum()
+        carried = -dynamics.contact.force_on_rail()[2]
         if abs(carried / load - 1) < REST and kinetic < BOUNCE * REST**2 * energy:
             return
         if dynamics.time > longest:
@@ -131,13 +132,14 @@ def settle(dynamics: Dynamics, load: float, energy: float, longest: float) -> No
 
 def rail_pressure(contact: Contact) -> np.ndarray:
     """Pressure at the rail's surface nodes (n_rail,) [Pa]: the normal force that each carries over its area."""
-    return contact.normal_force[: contact.n_rail] / contact.area[: contact.n_rail]
+    return contact.normal_force[: contact.surfaces.n_rail] / contact.surfaces.area[: contact.surfaces.n_rail]
 
 
 def moment_axis(contact: Contact, axis: int, moment: float) -> float:
     """Half length [m] of the pressed area along an axis: sqrt(<x^2> / moment), moment 1/5 for an ellipse, 1/4 for a
     line contact."""
-    normal_force, x = contact.normal_force[: contact.n_rail], contact.reference[: contact.n_rail, axis]
+    count = contact.surfaces.n_rail
+    normal_force, x = contact.normal_force[:count], contact.surfaces.reference[:count, axis]
     return float(np.sqrt((normal_force * x**2).sum() / normal_force.sum() / moment))
 
 

@@ -12,10 +12,12 @@ from mpi4py import MPI
 
 from geometry.meshing.blocks import mesh_cap
 from geometry.meshing.hexmesh import merge_bodies
-from rail_fem.fe.contact.contact import Contact, ContactSettings
-from rail_fem.fe.contact.surface import Surface
+from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.contact.search import ContactSettings
+from rail_fem.fe.contact.surface import ContactSurfaces, Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.rolling_wheel import RollingWheel
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.scene.steel import MN13, R8T, cyclic_steel
@@ -52,7 +54,7 @@ def build(comm, steel=MN13):
     structure.v.reshape(-1, 3)[cap_nodes] = plate.velocity
     surfaces = [Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1)]
     settings = ContactSettings(10 * MN13.density * MN13.wave_speed**2 / 0.5e-3, friction=0.3, refresh=20)
-    contact = Contact(structure, *surfaces, settings, speed=5.0, spin=-5.0 / 0.03, axle=(0.0, 0.0, 0.03))
+    contact = Contact(ContactSurfaces(structure, *surfaces), settings, RollingWheel(5.0, -5.0 / 0.03, (0.0, 0.0, 0.03)))
     return mesh, Dynamics(structure, Supports([base, plate, axle], links), contact)
 
 
@@ -61,12 +63,12 @@ def main(out, law=""):
     mesh, dynamics = build(comm, CYCLIC if law == "cyclic" else MN13)
     structure, domain, contact = dynamics.structure, dynamics.domain, dynamics.contact
     dt, force, sums = dynamics.stable_step(), [], []
-    dynamics.comm = contact.comm = Counting(comm)
+    dynamics.comm = contact.surfaces.comm = Counting(comm)
     for _ in range(400):
         before = Counting.sums
         dynamics.step(dt)
         sums.append(Counting.sums - before)
-        force.append(contact.force[: contact.n_rail].sum(axis=0))
+        force.append(contact.force_on_rail())
     dynamics.check()
     energies = dynamics.energies()
     plastic = structure.finite.plastic_strain()

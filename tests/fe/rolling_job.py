@@ -12,10 +12,12 @@ from mpi4py import MPI
 
 from geometry.meshing.blocks import mesh_cap, mesh_grid
 from geometry.meshing.hexmesh import merge_bodies
-from rail_fem.fe.contact.contact import Contact, ContactSettings
-from rail_fem.fe.contact.surface import Surface
+from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.contact.search import ContactSettings
+from rail_fem.fe.contact.surface import ContactSurfaces, Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.rolling_wheel import RollingWheel
 from rail_fem.fe.slabs import cut_into_slabs, slab_parts
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
@@ -59,16 +61,8 @@ def rolling(comm, ahead: float | None = None, behind: float | None = None, sign:
     structure.v.reshape(-1, 3)[np.unique(domain.cells[domain.region == 1])] = plate.velocity
     block, cap = (Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1))
     settings = ContactSettings(MN13.density * MN13.wave_speed**2 / SIZE, friction=0.3, refresh=20)
-    contact = Contact(
-        structure,
-        block,
-        cap,
-        settings,
-        speed=sign * SPEED,
-        spin=sign * SPEED / RADIUS,
-        axle=(start, 0.0, RADIUS),
-        inertia=1e-3,
-    )
+    wheel = RollingWheel(sign * SPEED, sign * SPEED / RADIUS, axle=(start, 0.0, RADIUS), inertia=1e-3)
+    contact = Contact(ContactSurfaces(structure, block, cap), settings, wheel)
     window = None
     if slabs is not None:
         extent = Extent(start, sign, ahead, behind)
@@ -88,7 +82,7 @@ def run(scene, steps: int, dt: float | None = None) -> SimpleNamespace:
     force, energies = [], []
     for step in range(steps):
         d.step(dt)
-        force.append(d.contact.force[: d.contact.n_rail].sum(axis=0))
+        force.append(d.contact.force_on_rail())
         if step % 25 == 24:
             d.check()
             energies.append(d.energies())

@@ -92,9 +92,9 @@ def test_bodies_weigh_and_turn_as_the_case_says_at_any_mass_scaling(scene, made,
     mass, wheel = passage.dynamics.structure.mass, passage.on_wheel
     assert mass[wheel].sum() + passage.axle.added_mass == pytest.approx(scene.vehicle.wheel_unsprung_mass, rel=1e-12)
     assert mass[~wheel].sum() + passage.crossing.added_mass == pytest.approx(scene.foundation.track_mass, rel=1e-12)
-    assert passage.dynamics.contact.inertia == scene.vehicle.wheel_spin_inertia
+    assert passage.dynamics.contact.wheel.inertia == scene.vehicle.wheel_spin_inertia
     assert mass.sum() == pytest.approx(sum(passage.scaling.meshes.values()), rel=1e-12)
-    assert (passage.dynamics.contact.inverse_mass > 0).all()
+    assert (passage.dynamics.contact.surfaces.inverse_mass > 0).all()
 
 
 def test_the_stable_step_grows_with_the_root_of_the_factor(scene, made):

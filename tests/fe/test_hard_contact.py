@@ -11,8 +11,9 @@ from bem.material import STEEL as ELASTIC
 from bem.material import contact_modulus
 from geometry.meshing.blocks import mesh_cap
 from geometry.meshing.hexmesh import merge_bodies
-from rail_fem.fe.contact.contact import Contact, ContactSettings
-from rail_fem.fe.contact.surface import Surface
+from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.contact.search import ContactSettings
+from rail_fem.fe.contact.surface import ContactSurfaces, Surface
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.supports import RigidGroup, Supports
 from rail_fem.studies.impact import settle
@@ -94,13 +95,13 @@ def two_caps(step):
         Surface.from_quads(mesh.surface[mesh.surface_region > 0]),
     )
     settings = ContactSettings(10 * STEEL.density * STEEL.wave_speed**2 / 0.6e-3)
-    contact = Contact(structure, rail, wheel, settings)
+    contact = Contact(ContactSurfaces(structure, rail, wheel), settings)
     frequency = np.sqrt(3 * LOAD / EXACT.approach / structure.mass.sum())
     dynamics = Dynamics(
         structure, Supports([RigidGroup("base", mesh.clamp[:split]), plate]), contact, mass_damping=1.4 * frequency
     )
     settle(dynamics, 2 * LOAD, 100 * LOAD * EXACT.approach, 5e-3)
-    x, force = contact.reference[: contact.n_rail, 0], -contact.force[: contact.n_rail, 2]
+    x, force = contact.surfaces.reference[: contact.surfaces.n_rail, 0], -contact.force[: contact.surfaces.n_rail, 2]
     return np.array([force[x < 0].sum(), force[x > 0].sum()]), -plate.displacement[2]
 
 

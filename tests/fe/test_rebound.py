@@ -7,8 +7,9 @@ import pytest
 
 from geometry.meshing.blocks import mesh_box
 from geometry.meshing.hexmesh import merge_bodies
-from rail_fem.fe.contact.contact import Contact, ContactSettings
-from rail_fem.fe.contact.surface import Surface
+from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.contact.search import ContactSettings
+from rail_fem.fe.contact.surface import ContactSurfaces, Surface
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.supports import RigidGroup, Supports
 from tests.fe.bodies import STEEL, bottom, momentum, plastic, structure_of
@@ -40,7 +41,7 @@ def throw(steel, speed, slide=0.0, penalty=10.0, friction=0.0, gap=1e-6, tilt=0.
     structure.v.reshape(-1, 3)[~held[:, 0]] = slide, 0.0, -speed
     surfaces = [Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1)]
     stiffness = penalty * STEEL.density * STEEL.wave_speed**2 / 1e-3
-    contact = Contact(structure, *surfaces, ContactSettings(stiffness, friction), fixed=held)
+    contact = Contact(ContactSurfaces(structure, *surfaces, held), ContactSettings(stiffness, friction))
     return Dynamics(structure, Supports([RigidGroup("plate", np.arange(len(plate.points)))]), contact)
 
 
@@ -50,7 +51,7 @@ def fly(dynamics, duration):
     end = dynamics.time + duration
     while dynamics.time < end:
         dynamics.step(dt)
-        largest = max(largest, -dynamics.contact.force[: dynamics.contact.n_rail, 2].sum())
+        largest = max(largest, -dynamics.contact.force_on_rail()[2])
     dynamics.check()
     return largest
 
@@ -108,12 +109,8 @@ def throw_on_a_post(speed, slide, friction, penalty=1e3):
     top = mesh.surface[mesh.surface_region == 0]
     top = top[(mesh.points[top][:, :, 2] > -1e-9).all(axis=1)]
     surfaces = Surface.from_quads(top), Surface.from_quads(mesh.surface[mesh.surface_region == 1])
-    contact = Contact(
-        structure,
-        *surfaces,
-        ContactSettings(penalty * STEEL.density * STEEL.wave_speed**2 / SIDE, friction),
-        fixed=held,
-    )
+    settings = ContactSettings(penalty * STEEL.density * STEEL.wave_speed**2 / SIDE, friction)
+    contact = Contact(ContactSurfaces(structure, *surfaces, held), settings)
     return Dynamics(structure, Supports([RigidGroup("post", np.arange(len(post.points)))]), contact)
 
 
@@ -143,15 +140,9 @@ def test_contact_keeps_the_momentum_of_two_free_bodies():
     """A cube strikes a free plate: the forces on both are equal and opposite."""
     dynamics = throw(STEELS["plastic"], 50.0, slide=10.0, friction=0.3)
     structure = dynamics.structure
-    contact = Contact(structure, *surfaces_of(dynamics.contact), dynamics.contact.settings)
+    contact = Contact(ContactSurfaces(structure, *dynamics.contact.surfaces.each()), dynamics.contact.settings)
     free = Dynamics(structure, contact=contact)
     before = momentum(structure)[0]
     fly(free, 5e-6)
     assert np.abs(momentum(structure)[0] - before).max() < 1e-12 * np.abs(before).max()
     assert np.abs(structure.v.reshape(-1, 3)[structure.domain.node_input < 200]).max() > 1.0
-
-
-def surfaces_of(contact):
-    """The two surfaces that a contact was made of."""
-    rail, wheel = np.split(contact.input_nodes, [contact.n_rail])
-    return Surface(rail, contact.quads[0]), Surface(wheel, contact.quads[1] - contact.n_rail)

@@ -18,6 +18,7 @@ from rail_fem.fe.contact.pairs import Pairs
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import build_passage
 from rail_fem.fe.recorder import Recorder
+from rail_fem.fe.rolling_wheel import RollingWheel
 from rail_fem.fe.run import Run
 from rail_fem.fe.running import running_of
 from rail_fem.fe.start_state import resting
@@ -175,7 +176,7 @@ FORGOTTEN = [
     (RigidGroup, "load"),
     (RigidGroup, "reaction"),
     (Link, "damping"),
-    (Contact, "rotation"),
+    (RollingWheel, "spin"),
     (Contact, "sums"),
     (Pairs, "pressure"),
     (Recorder, "total"),

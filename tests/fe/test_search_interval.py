@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from rail_fem.fe.contact import contact as contact_module
-from rail_fem.fe.contact.contact import APPROACH, SLOPE, Contact
+from rail_fem.fe.contact import search as search_module
 from rail_fem.fe.contact.continuing import close_pairs, time_to_contact
 from rail_fem.fe.contact.near_facets import nearest_facets, share_space
 from rail_fem.fe.contact.pairs import Pairs
 from rail_fem.fe.contact.projection import project_pairs
+from rail_fem.fe.contact.search import APPROACH, SLOPE, PairSearch
 from rail_fem.fe.contact.surface import edge_neighbours
 from tests.fe.rolling_job import rolling, run
 
@@ -23,35 +23,35 @@ DT = 1.5e-7
 
 
 @pytest.fixture(scope="module")
-def contact():
-    found = rolling(MPI.COMM_SELF).dynamics.contact
+def search():
+    found = rolling(MPI.COMM_SELF).dynamics.contact.search
     found.settings = dataclasses.replace(found.settings, refresh=None)
     return found
 
 
 @pytest.mark.parametrize("speed", [0.0, 1.0, 33.5, -33.5, 156.5])
 @pytest.mark.parametrize("scale", [1, 5, 1000])
-def test_surfaces_beyond_a_search_come_at_most_into_contact_before_the_next(contact, speed, scale):
+def test_surfaces_beyond_a_search_come_at_most_into_contact_before_the_next(search, speed, scale):
     """A search looks at what is within two margins."""
-    contact.speed = speed
+    search.wheel.speed = speed
     dt = scale * DT
-    steps = contact.steps_between_searches(dt)
+    steps = search.steps_between_searches(dt)
     closed = steps * dt * (SLOPE * abs(speed) + APPROACH)
-    assert steps >= 1 and (steps == 1 or contact.settings.margin < closed <= 2 * contact.settings.margin)
+    assert steps >= 1 and (steps == 1 or search.settings.margin < closed <= 2 * search.settings.margin)
 
 
-def test_a_longest_interval_is_kept(contact):
-    contact.speed = 0.0
-    contact.settings = dataclasses.replace(contact.settings, refresh=7)
-    assert contact.steps_between_searches(DT) == 7 and contact.steps_between_searches(1.0) == 1
+def test_a_longest_interval_is_kept(search):
+    search.wheel.speed = 0.0
+    search.settings = dataclasses.replace(search.settings, refresh=7)
+    assert search.steps_between_searches(DT) == 7 and search.steps_between_searches(1.0) == 1
 
 
 def searched_every(steps: int | None, speed: float) -> tuple[np.ndarray, np.ndarray, int]:
     """Forces and last positions of the rolling cap with at most so many steps between searches; how many there were."""
     scene, searches = rolling(MPI.COMM_SELF), []
-    c = scene.dynamics.contact
-    c.settings, c.speed, search = dataclasses.replace(c.settings, refresh=steps), speed, c.search
-    c.search = lambda dt: searches.append(dt) or search(dt)
+    own = scene.dynamics.contact.search
+    own.settings, own.wheel.speed, search = dataclasses.replace(own.settings, refresh=steps), speed, own.search
+    own.search = lambda dt: searches.append(dt) or search(dt)
     force = run(scene, 700).force
     return force, scene.dynamics.structure.x.copy(), len(searches)
 
@@ -134,11 +134,11 @@ def test_the_nearest_facet_is_the_nearest(seed, count, shape):
 @pytest.mark.parametrize("window", [(None, None), (8e-3, 8e-3)], ids=["whole", "travelling window"])
 def test_searches_among_near_facets_find_what_searches_of_all_find(monkeypatch, window):
     steps, looks = 900, []
-    look = Contact._look_at_all
-    monkeypatch.setattr(Contact, "_look_at_all", lambda *a: looks.append(1) or look(*a))
+    look = PairSearch._look_at_all
+    monkeypatch.setattr(PairSearch, "_look_at_all", lambda *a: looks.append(1) or look(*a))
     near = run(rolling(MPI.COMM_SELF, *window), steps)
     few = len(looks)
-    monkeypatch.setattr(contact_module, "NEARER", 0.0)
+    monkeypatch.setattr(search_module, "NEARER", 0.0)
     every = run(rolling(MPI.COMM_SELF, *window), steps)
     assert np.abs(near.force).max() > 1e3 and (near.force == every.force).all()
     assert 2 <= few <= (len(looks) - few) / 5

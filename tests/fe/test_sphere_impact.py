@@ -47,7 +47,7 @@ def strike(size, block=0.05, cap=(0.006, 0.012), penalty=10.0, courant=0.9, fact
     dt, force, approach = dynamics.stable_step(courant), [], []
     while dynamics.time < 1.15 * EXACT.contact_time:
         dynamics.step(dt)
-        force.append(-4 * contact.force[: contact.n_rail, 2].sum())
+        force.append(-4 * contact.force_on_rail()[2])
         approach.append(-plate.displacement[2])
     dynamics.check()
     force = np.array(force)

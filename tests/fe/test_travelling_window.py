@@ -86,7 +86,7 @@ def test_mass_and_momentum_are_kept_where_nodes_join_the_base():
     w.bring_up()
     d.impose()
     v[w.in_slabs & ~w.rigid] = np.random.default_rng(0).normal(size=((w.in_slabs & ~w.rigid).sum(), 3))
-    d.contact.offset = 0.0
+    d.contact.wheel.offset = 0.0
 
     def totals():
         free = w.in_slabs & ~w.rigid

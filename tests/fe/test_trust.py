@@ -225,7 +225,7 @@ def test_overlap_is_how_deep_the_surfaces_lie_in_one_another(speed):
     assert (deepest, work / force) == pytest.approx((1e-6, 1e-6), rel=1e-6) and force > 0
     for _ in range(20):
         lowest = dynamics.structure.x.reshape(-1, 3)[:, 2][
-            dynamics.structure.domain.local_nodes(contact.input_nodes[contact.n_rail :])[0]
+            dynamics.structure.domain.local_nodes(contact.surfaces.input_nodes[contact.surfaces.n_rail :])[0]
         ].min()
         dynamics.step(dt)
     deepest, work, force = contact.overlap()

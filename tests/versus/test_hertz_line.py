@@ -38,7 +38,7 @@ def press(across: int, depth: float = DEPTH) -> tuple[float, float, np.ndarray]:
     dynamics = study.press(MPI.COMM_SELF, wheel, rail, load, frequency, 10.0, mirrors=(0,), still=(1,), steel=steel)
     study.settle(dynamics, load, load * approach, 5e-3)
     contact = dynamics.contact
-    pressure, x = study.rail_pressure(contact), contact.reference[: contact.n_rail, 0]
+    pressure, x = study.rail_pressure(contact), contact.surfaces.reference[: contact.surfaces.n_rail, 0]
     far = np.abs(np.abs(x) / EXACT.half_width - 1) > 2 * size / EXACT.half_width
     off = np.abs(pressure - EXACT.pressure(x))[far].max() / EXACT.max_pressure
     return pressure.max() / EXACT.max_pressure - 1, study.moment_axis(contact, 0, 1 / 4) / EXACT.half_width - 1, off
