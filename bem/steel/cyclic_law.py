@@ -99,7 +99,7 @@ def plastic_return(law, trial, back, p, direction, factor):
             direction[j] -= back[i, j]
     if not equivalent(direction) > yield_stress_at(law, p):
         return 0.0
-    dp = _plastic_increment(law, trial, back, p, direction, factor)
+    dp = plastic_increment(law, trial, back, p, direction, factor)
     for j in range(6):
         for i in range(law.modulus.size):
             back[i, j] = factor[i] * (back[i, j] + law.modulus[i] * dp * direction[j])
@@ -108,7 +108,7 @@ def plastic_return(law, trial, back, p, direction, factor):
 
 
 @_part
-def _plastic_increment(law, trial, back, p, direction, factor):
+def plastic_increment(law, trial, back, p, direction, factor):
     """dp of the step from the trial deviator; leaves the flow direction (6,), |direction| = 1, and factor (k,), by
     which back stress k is multiplied after it has grown by C dp direction.
 
@@ -153,6 +153,21 @@ def _plastic_increment(law, trial, back, p, direction, factor):
         if moved > 0.0 and high - low <= 1e-3 * largest:
             low, high = 0.0, largest  # the projected factors moved the root: the bracket is that of another equation
     return dp
+
+
+@_part
+def slope_of(law, back, p, dp, direction, factor):
+    """By how much the stress that a step leaves over falls with dp, at its root dp > 0, the direction held [Pa]."""
+    slope = 3.0 * law.shear + law.hardening_rate * law.hardening * math.exp(-law.hardening_rate * (p + dp))
+    for i in range(law.modulus.size):
+        c, along = law.modulus[i], _double_dot(direction, back[i])
+        free = 1.0 / (1.0 + law.mixing[i] * law.recovery[i] * dp)
+        fall = law.mixing[i] * law.recovery[i] * free**2
+        if factor[i] < free:  # held to its bound: C / gamma over the norm of the back stress after its growth
+            size = math.sqrt(1.5 * _double_dot(back[i], back[i]) + 3.0 * c * dp * along + (c * dp) ** 2)
+            fall = factor[i] * (1.5 * c * along + c * c * dp) / size**2
+        slope += factor[i] * c - fall * (1.5 * along + c * dp)
+    return slope
 
 
 @_part

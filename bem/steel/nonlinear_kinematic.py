@@ -4,24 +4,19 @@ Each back stress follows Abdel-Karim and Ohno,
     d alpha = 2/3 C d eps_p - mu gamma alpha dp   within   |alpha| <= C / gamma,
 with mu = 1 Armstrong and Frederick's rule (a sum of them Chaboche's), with mu = 0 Ohno and Wang's first model; the
 yield stress is Y(p) = yield_stress + hardening (1 - exp(-hardening_rate p)). Norms are von Mises'.
-Written apart from the law of the finite elements (bem.steel.cyclic_law, where its sources stand), which it is held to
-step by step (tests/versus/test_cyclic_cells.py): the two packages judge each other.
-Source of the implicit step: Kobayashi and Ohno, Int. J. Numer. Meth. Eng. 53 (2002) 2217 (not opened), derived here.
+The step of a point is that of the finite elements (bem.steel.cyclic_law, where its sources stand); here are what cells
+of boundary elements need besides: deviators of three or five numbers, and the tangent.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from bem.material import MaterialError, back_stress_constants, first_loading
+from bem.steel.cyclic_law import CyclicLaw, equivalent, plastic_increment, slope_of, yield_stress_at
 from kernel_cache import njit
-
-_MOST_TURNS, _MOST_ROOTS = 60, 200
-_ACCURACY = 1e-13  # of the yield stress
-_NUDGE = 1e-6  # of the plastic strain increment, by which the slope is found
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,134 +85,53 @@ class NonlinearKinematic:
         return parts.reshape(back.shape)
 
 
-class Constants(NamedTuple):
-    """Those of the law, as the compiled functions take them."""
-
-    yield_stress: float
-    hardening: float
-    hardening_rate: float
-    modulus: np.ndarray
-    recovery: np.ndarray
-    mixing: np.ndarray
-
-
-def constants_of(law: NonlinearKinematic) -> Constants:
-    return Constants(
-        law.first_yield, float(law.hardening), float(law.hardening_rate), law.modulus, law.recovery, law.mixing
+def law_of(law: NonlinearKinematic, shear: float) -> CyclicLaw:
+    """The constants as the compiled step takes them; of the volume it asks nothing."""
+    return CyclicLaw(
+        shear,
+        np.nan,
+        law.first_yield,
+        float(law.hardening),
+        float(law.hardening_rate),
+        law.modulus,
+        law.recovery,
+        law.mixing,
     )
 
 
 @njit(cache=True)
-def _left_over(dp, trial, back, strain, law, shear, normal, factor):
-    """Stress beyond the yield surface after a growth dp, with the flow's unit direction `normal` (nc,) and the factors
-    (m,) by which back stresses are multiplied after they have grown by C dp along it, both filled in."""
-    modulus, recovery, mixing = law.modulus, law.recovery, law.mixing
-    nc, m, size = normal.size, factor.size, 0.0
-    for i in range(m):
-        factor[i] = 1.0 / (1.0 + mixing[i] * recovery[i] * dp)
-    for _ in range(_MOST_TURNS):
-        square = 0.0
-        for c in range(nc):
-            normal[c] = trial[c]
-            for i in range(m):
-                normal[c] -= factor[i] * back[i, c]
-            square += normal[c] ** 2
-        size = np.sqrt(square)
-        changed = 0.0
-        for c in range(nc):
-            normal[c] /= size
-        for i in range(m):
-            if recovery[i] == 0.0 or mixing[i] == 1.0:
-                continue
-            grown, inner, outer = modulus[i] * dp, 0.0, 0.0
-            for c in range(nc):
-                inner += back[i, c] ** 2
-                outer += back[i, c] * normal[c]
-            held = np.sqrt(max(1.5 * inner + np.sqrt(6.0) * grown * outer + grown**2, 0.0))
-            new = 1.0 / (1.0 + mixing[i] * recovery[i] * dp)
-            if held * new * recovery[i] > modulus[i]:
-                new = modulus[i] / (recovery[i] * held)
-            changed = max(changed, abs(new - factor[i]))
-            factor[i] = new
-        if changed <= 1e-15:
-            break
-    stiffness = 3.0 * shear
-    for i in range(m):
-        stiffness += factor[i] * modulus[i]
-    surface = law.yield_stress - law.hardening * np.expm1(-law.hardening_rate * (strain + dp))
-    return np.sqrt(1.5) * size - surface - stiffness * dp
+def _as_tensor(values, tensor):
+    """Fill a tensor (6,), order VOIGT, with the same norm as a deviator of three or five numbers: all that the law asks
+    of a deviator are inner products."""
+    tensor[:] = 0.0
+    for c in range(values.size):
+        tensor[c] = values[c] if c < 3 else values[c] * np.sqrt(0.5)
 
 
 @njit(cache=True)
-def nonlinear_growth(trial, back, strain, law, shear, normal, factor):
-    """Growth dp of the plastic strain of a point whose trial deviator (nc,) is beyond the yield surface, and the slope
-    -d(stress left over)/d(dp) there; leaves `normal` (nc,) and `factor` (m,) as `_left_over` does.
-
-    back : (m, nc);  strain : plastic strain so far;  law : its constants. By regula falsi (Illinois).
-    """
-    low, high, size = 0.0, 0.0, 0.0
-    for c in range(normal.size):
-        size += trial[c] ** 2
-    high = np.sqrt(1.5 * size)
-    for i in range(factor.size):
-        size = 0.0
-        for c in range(normal.size):
-            size += back[i, c] ** 2
-        high += np.sqrt(1.5 * size)
-    high /= 3.0 * shear
-    at_low = _left_over(low, trial, back, strain, law, shear, normal, factor)
-    at_high = _left_over(high, trial, back, strain, law, shear, normal, factor)
-    dp, side, width = low, 0, high
-    for _ in range(_MOST_ROOTS):
-        dp = (low * at_high - high * at_low) / (at_high - at_low)
-        left = _left_over(dp, trial, back, strain, law, shear, normal, factor)
-        if abs(left) <= _ACCURACY * law.yield_stress or high - low <= 1e-16 * width:
-            break
-        if left > 0.0:
-            low, at_low = dp, left
-            if side == 1:
-                at_high /= 2.0
-            side = 1
-        else:
-            high, at_high = dp, left
-            if side == -1:
-                at_low /= 2.0
-            side = -1
-    ahead = dp * (1.0 + _NUDGE)
-    slope = _left_over(ahead, trial, back, strain, law, shear, normal, factor)
-    left = _left_over(dp, trial, back, strain, law, shear, normal, factor)
-    return dp, (left - slope) / (ahead - dp) if dp > 0.0 else 3.0 * shear
-
-
-@njit(cache=True)
-def return_nonlinear(trial, back, peeq, law, shear, increment, direction, along, across):
-    """The return of every cell; arrays as of bem.steel.return_map, back (nz, m nc, nx, ny)."""
+def return_nonlinear(trial, back, peeq, law, increment, direction, along, across):
+    """The return of every cell by a CyclicLaw; arrays as of bem.steel.return_map, back (nz, m nc, nx, ny)."""
     nz, nc, nx, ny = trial.shape
     m = law.modulus.size
-    normal, factor, point, backs = np.empty(nc), np.empty(m), np.empty(nc), np.empty((m, nc))
+    point, backs, normal, factor = np.empty(6), np.empty((m, 6)), np.empty(6), np.empty(m)
     for k in range(nz):
         for i in range(nx):
             for j in range(ny):
-                square = 0.0
-                for c in range(nc):
-                    point[c] = relative = trial[k, c, i, j]
-                    for b in range(m):
-                        backs[b, c] = back[k, b * nc + c, i, j]
-                        relative -= backs[b, c]
-                    square += relative**2
-                limit = law.yield_stress - law.hardening * np.expm1(-law.hardening_rate * peeq[k, i, j])
-                if np.sqrt(1.5 * square) - limit <= 1e-12 * limit:
+                _as_tensor(trial[k, :, i, j], point)
+                normal[:] = point
+                for b in range(m):
+                    _as_tensor(back[k, b * nc : (b + 1) * nc, i, j], backs[b])
+                    normal -= backs[b]
+                limit = yield_stress_at(law, peeq[k, i, j])
+                if equivalent(normal) - limit <= 1e-12 * limit:
                     continue
-                growth, slope = nonlinear_growth(point, backs, peeq[k, i, j], law, shear, normal, factor)
-                square = 0.0
+                growth = plastic_increment(law, point, backs, peeq[k, i, j], normal, factor)
+                slope = slope_of(law, backs, peeq[k, i, j], growth, normal, factor)
+                for b in range(m):
+                    point -= factor[b] * backs[b]
+                along[k, i, j] = min(1.0, 3 * law.shear / slope) if slope > 0.0 else 1.0
+                across[k, i, j] = 3 * law.shear * growth / equivalent(point)
                 for c in range(nc):
-                    relative = point[c]
-                    for b in range(m):
-                        relative -= factor[b] * backs[b, c]
-                    square += relative**2
-                step = np.sqrt(1.5) * growth
-                along[k, i, j] = min(1.0, 3 * shear / slope) if slope > 0.0 else 1.0
-                across[k, i, j] = 2 * shear * step / np.sqrt(square)
-                for c in range(nc):
-                    direction[k, c, i, j] = normal[c]
-                    increment[k, c, i, j] = step * normal[c]
+                    unit = np.sqrt(1.5) * normal[c] if c < 3 else np.sqrt(3.0) * normal[c]
+                    direction[k, c, i, j] = unit
+                    increment[k, c, i, j] = np.sqrt(1.5) * growth * unit

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bem.steel.hardening import Hardening, YieldLaw
-from bem.steel.nonlinear_kinematic import NonlinearKinematic, constants_of, return_nonlinear
+from bem.steel.nonlinear_kinematic import NonlinearKinematic, law_of, return_nonlinear
 from kernel_cache import njit
 
 
@@ -71,8 +71,8 @@ def radial_return(trial: np.ndarray, state: PlasticState, hardening: YieldLaw, s
     found = Returned(*(np.zeros(trial.shape) for _ in range(2)), *(np.zeros(state.peeq.shape) for _ in range(2)))
     if isinstance(hardening, NonlinearKinematic):
         return_nonlinear(
-            trial, state.back, state.peeq, constants_of(hardening), shear, found.increment, found.direction,
-            found.along, found.across,
+            trial, state.back, state.peeq, law_of(hardening, shear), found.increment, found.direction, found.along,
+            found.across,
         )  # fmt: skip
         return found
     if not isinstance(hardening, Hardening):

@@ -21,7 +21,7 @@ STUDIES = {
     "passage-size": "one pass at several element sizes: values with bars, orders and limits, cost against error",
     "error-bars": "do the error bars of explicit passes hold? other scenes, against elements of half the size",
     "ratchetting": "shakedown or ratchetting under many passes of a line contact, by four laws of cyclic plasticity",
-    "transient-rolling": "friction work and wear over the transfer where patches change as they roll, beside steady ones",
+    "transient-rolling": "friction work and wear over the transfer: patches that change as they roll, or steady",
     "benchmark": "speed of the models: kernels beside dolfinx's own assembly, a step of a pass, ranks, light passes",
     "verification": "the verification page: exact problems, orders, waves, estimates, hard cases, speed against error",
 }
