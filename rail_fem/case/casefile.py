@@ -98,9 +98,9 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
         if holder == "scene.vehicle" and f"{holder}.{LOAD_KEYS.get(last)}" not in changes:
             table["scene"]["vehicle"].pop(LOAD_KEYS.get(last), None)
         if holder.startswith("run.") and last == "preset":  # in place of what the file has beside it
-            for name in set().union(*PRESETS.values()):
-                if f"{holder}.{name}" not in changes:
-                    table["run"][holder.removeprefix("run.")].pop(name, None)
+            for given in set().union(*PRESETS.values()):
+                if f"{holder}.{given}" not in changes:
+                    table["run"][holder.removeprefix("run.")].pop(given, None)
     version = table.get("version", CASE_VERSION)
     if version != CASE_VERSION or isinstance(version, bool):
         raise CaseError(

@@ -53,7 +53,9 @@ def test_a_preset_fills_what_does_not_stand_beside_it(tmp_path):
     assert fine.model_copy(update={"preset": None}) == whole and whole.preset is None
     assert fingerprint("fe_full", load_case(path).scene, fine) == fingerprint("fe_full", load_case(path).scene, whole)
     assert FeSettings.model_validate(fine.model_dump(mode="json")) == fine
-    fast = load_case(ROOT / "cases" / "nose_transfer.toml", {"run.fe_full.preset": "fast"}).runs["fe_full"]
+    quick = load_case(ROOT / "cases" / "nose_transfer.toml", {"run.fe_full.preset": "fast"})
+    assert quick.name == "nose_transfer"  # its folder in a sweep
+    fast = quick.runs["fe_full"]
     assert (fast.element_size, fast.error_twin, fast.start) == (pytest.approx(1.4e-3), False, whole.start)
     asked = {"run.fe_full.preset": "finest", "run.fe_full.window_ahead": "50 mm"}
     finest = load_case(path, asked).runs["fe_full"]
