@@ -19,7 +19,7 @@ import numpy as np
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.pairs import CARRIED
 from rail_fem.fe.dynamics_part import DynamicsPart
-from rail_fem.passes.beam_kernel import band_times, height_under, leap
+from rail_fem.passes.beam_kernel import band_times, leap
 from rail_fem.passes.track_beam import BeamMotion
 
 
@@ -65,11 +65,11 @@ class BeamTrack(DynamicsPart):
             self.after_restore()
         contact = self.contact
         push, at = -contact.sums[CARRIED], self.wheel + contact.wheel.offset
-        work, lost = leap(
+        before = self.height
+        work, lost, self.height = leap(
             *(self.position, self.velocity, self.damped, self.change),
-            *(push, at - dt * contact.wheel.speed, dt, self.band),
+            *(push, at - dt * contact.wheel.speed, at, dt, self.band),
         )
-        before, self.height = self.height, height_under(self.position, at, self.band)
         moved = self.height - before
         contact.search.raised += moved
         contact.search.rise = moved / dt

@@ -144,8 +144,9 @@ def load_at(x, beam):
 
 
 @njit(cache=True)
-def leap(u, w, damped, change, push, x, step, beam):
-    """One step of a beam under a force `push` up at x [N]; work of that force, and what was lost in dampers [J].
+def leap(u, w, damped, change, push, x, ahead, step, beam):
+    """One step of a beam under a force `push` up at x [N]; work of that force, and what was lost in dampers [J]; height
+    after it at `ahead` [m].
 
     u : (n,) degrees of freedom at the step's start;  w : (n,) their rates half a step before;  damped : (n,) damping
         . w;  all changed in place;  change : (n,) scratch
@@ -174,4 +175,4 @@ def leap(u, w, damped, change, push, x, step, beam):
     rate = 0.0
     for k in range(4):
         rate += weights[k] * (w[at[k]] - change[at[k]])
-    return step * push * rate, 0.5 * step * lost
+    return step * push * rate, 0.5 * step * lost, height_under(u, ahead, beam)

@@ -9,7 +9,7 @@ from rail_fem.case.preflight import preflight_errors
 from rail_fem.contact.contact_table import contact_table
 from rail_fem.hierarchy import solve
 from rail_fem.models import rigid_hertz
-from rail_fem.passes.beam_kernel import band_times, element_shape, height_under, leap
+from rail_fem.passes.beam_kernel import band_times, element_shape, leap
 from rail_fem.passes.beam_results import moments
 from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.track_beam import element_rotation, element_stiffness, track_beam
@@ -55,10 +55,9 @@ def leaps(beam, start, force, x, step):
     )
     before = [energy()]
     for k, push in enumerate(force):
-        works = leap(u, w, damped, change, -push, x[k], step, band)
-        found.append([height_under(u, x[k + 1], band), *works])
+        found.append(leap(u, w, damped, change, -push, x[k], x[k + 1], step, band))
         before.append(energy())
-    height, work, lost = np.array(found).T
+    work, lost, height = np.array(found).T
     round_off = 10 * np.finfo(float).eps * beam.energy(np.abs(beam.stiffness), np.abs(u)[None])[0]
     return np.r_[start.height(x[0]), height], work - lost, lost, np.array(before), round_off
 
