@@ -114,9 +114,9 @@ def test_a_wheel_leaves_a_path_that_falls_away_faster_than_it_can_fall():
 
 
 def test_on_bearers_each_track_is_as_stiff_as_the_foundation_where_the_wheel_strikes():
-    """Also that the beam is stiffer than its ballast: several bearers carry."""
+    """Also that the beam is stiffer than its ballast: several bearers carry. Where some hang there is less."""
     cases, _ = cases_of(ROWS / "bearers.toml", read_rows(ROWS / "bearers.toml"), {})
-    for case in cases[1:]:
+    for case in (case for case in cases[1:] if not case.scene.bearers.voided):
         beam = track_beam(case.scene.bearers, 0.36 - 1.0, 0.36 + 1.0, 0.1, 9.0)
         share = beam.force_at(0.36)
         assert 1 / (share @ beam.static(share)) == pytest.approx(160e6, rel=1e-4)
