@@ -10,8 +10,8 @@ In a list of changes (rail_fem.sweeps.rows) in place of [rows]:
     "scene.vehicle.axle_load" = { low = "12 t", high = "25 t" }                                 # anything between
     "scene.wheel.profile" = { of = ["P8", "P8-worn", "P1"], weights = [2, 5, 1] }
 
-With proven_by = "fe_full" and proven = 20 so many passes, those about the quantiles, are run by that model too, and the
-quantiles of the others corrected by what they find.
+With proven_by = "fe_full" and proven = 20 so many passes, half of them evenly over all, half about the quantiles, are run
+by that model too, and the quantiles of all corrected by what they find.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 from pydantic import Field, model_validator
-from scipy.stats import binom, norm, qmc, t, truncnorm
+from scipy.stats import binom, qmc, truncnorm
 
 from rail_fem.case.variations import VariationError, field_of
 from rail_fem.files.markdown import markdown_table
@@ -39,7 +39,7 @@ from rail_fem.sweeps.trends import MEASURES, Change
 QUANTILES = 0.5, 0.9, 0.99
 LEVEL = 0.95  # of the interval of a quantile
 WORST = 0.05  # share of the passes that are looked at by themselves
-RESAMPLED = 1000  # times that the proven passes are drawn anew, for the error of the model
+RESAMPLED = 1000  # draws of what the proven passes leave open, for the error of the model
 LEAST_PROVEN = 8  # passes
 
 Results = Mapping[str, PassResult]  # pass -> result
@@ -119,12 +119,15 @@ class Fleet(Frozen):
         }
 
 
-def about_quantiles(values: Mapping[str, float], count: int) -> list[str]:
-    """Names of the passes whose values lie nearest to the quantiles by rank, each quantile's in turn."""
+def to_be_proven(values: Mapping[str, float], count: int) -> list[str]:
+    """Names of the passes that a better model runs: by the rank of their values, half of them evenly over all, which
+    tells how its ratio to the light model goes and scatters, the others nearest to the quantiles, each in turn."""
     ranked = sorted((name for name, value in values.items() if math.isfinite(value)), key=values.__getitem__)
-    near = [sorted(range(len(ranked)), key=lambda at: abs(at + 0.5 - share * len(ranked))) for share in QUANTILES]
-    in_turn = dict.fromkeys(at for turn in zip(*near, strict=True) for at in turn)
-    return [ranked[at] for at in list(in_turn)[:count]]
+    whole = len(ranked)
+    evenly = ((np.arange(count // 2) + 0.5) / (count // 2) * whole).astype(int) if whole else []
+    near = [sorted(range(whole), key=lambda at: abs(at + 0.5 - share * whole)) for share in QUANTILES]
+    in_turn = [at for turn in zip(*near, strict=True) for at in turn]
+    return [ranked[at] for at in list(dict.fromkeys([*map(int, evenly), *in_turn]))[:count]]
 
 
 def corrected(light: Mapping[str, float], exact: Mapping[str, float], share: float) -> tuple[float, float, float]:
@@ -132,27 +135,29 @@ def corrected(light: Mapping[str, float], exact: Mapping[str, float], share: flo
     two as the logarithms that the value may be off by, each at level LEVEL.
 
     The logarithm of what the better model finds over what the light one does is a line over the light one's logarithm
-    and a scatter about it; both are drawn anew from the proven passes (bootstrap of pairs, residuals for few passes).
+    and a scatter about it. Line and scatter are drawn from what the proven passes leave open of them (normal
+    regression with flat priors: Gelman et al., Bayesian Data Analysis, 14.2, recalled), what every other pass is off
+    the line from their residuals, each over its own leverage.
     """
     rng, names = np.random.default_rng(0), [name for name in light if light[name] > 0 and math.isfinite(light[name])]
-    known = [name for name in names if exact.get(name, 0.0) > 0]
+    place = np.array([at for at, name in enumerate(names) if exact.get(name, 0.0) > 0])
     x = np.log([light[name] for name in names])
-    at, off = np.log([light[name] for name in known]), np.log([exact[name] / light[name] for name in known])
-    place = [names.index(name) for name in known]
-    spread = math.sqrt(len(known) / (len(known) - 2))
-
-    def quantile(chosen: np.ndarray, scatter: float) -> float:
-        slope, rise = np.polyfit(at[chosen] - x.mean(), off[chosen], 1)
-        left = off[chosen] - rise - slope * (at[chosen] - x.mean())
-        found = x + rise + slope * (x - x.mean()) + scatter * rng.choice(left, len(x))
-        found[place] = at + off
-        return math.log(np.quantile(np.exp(found), share))
-
-    drawn = [quantile(rng.integers(len(known), size=len(known)), spread) for _ in range(RESAMPLED)]
+    off = np.log([exact[names[at]] for at in place]) - x[place]
+    line = np.stack([np.ones_like(x), x - x.mean()], axis=1)
+    own, free = line[place], len(place) - 2
+    inverse = np.linalg.inv(own.T @ own)
+    best = inverse @ own.T @ off
+    left = off - own @ best
+    left = left / np.sqrt(1 - np.einsum("ij,jk,ik->i", own, inverse, own))  # all of one variance, their own scatter
+    scatter = math.sqrt(((off - own @ best) ** 2).sum() / free)
+    wide = np.sqrt(free / rng.chisquare(free, RESAMPLED))[:, None]
+    moved = rng.standard_normal((RESAMPLED, 2)) @ np.linalg.cholesky(inverse).T
+    found = x + (best + scatter * wide * moved) @ line.T + wide * rng.choice(left, (RESAMPLED, len(x)))
+    found[:, place] = x[place] + off
+    drawn = np.log(np.quantile(np.exp(found), share, axis=1))
     low, value, high = np.quantile(drawn, [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2])
-    wide = t.ppf((1 + LEVEL) / 2, len(known) - 2) / norm.ppf((1 + LEVEL) / 2)  # of a fit to so few
     middle, *ends = quantile_of(x, share)
-    return math.exp(value), wide * max(high - value, value - low), max(abs(end - middle) for end in ends)
+    return math.exp(value), max(high - value, value - low), max(abs(end - middle) for end in ends)
 
 
 def _number(key: str, value: str | float, unit: str) -> float:
@@ -186,7 +191,7 @@ def fleet_lines(
             cells = [_interval(*quantile_of(numbers, share)) if len(values) else "-" for share in QUANTILES]
             table.append([model, *which, *cells])
             proven = values_of(column, of_model.get(fleet.proven_by, {}))
-            if len(set(proven) & set(values)) >= LEAST_PROVEN:
+            if sum(min(proven[name], values.get(name, 0.0)) > 0 for name in proven) >= LEAST_PROVEN:
                 by = f"{model}, corrected by {fleet.proven_by} ({len(proven)} passes)"
                 table.append([by, *which, *(_two_errors(*corrected(values, proven, share)) for share in QUANTILES)])
         lines += ["", *worst_lines(columns[0], rows, results, model)]

@@ -34,7 +34,7 @@ from rail_fem.result.result import PassResult, load
 from rail_fem.scene.scene import Frozen
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds, history_error
-from rail_fem.sweeps.fleet import Fleet, about_quantiles, fleet_figure, fleet_lines, values_of
+from rail_fem.sweeps.fleet import Fleet, fleet_figure, fleet_lines, to_be_proven, values_of
 from rail_fem.sweeps.group_figure import group_figure
 from rail_fem.sweeps.sweep import Outcome
 from rail_fem.sweeps.trends import MEASURES, Change, TrendError
@@ -127,7 +127,7 @@ def to_prove(rows: Rows, cases: Sequence[Case], outcomes: Sequence[Outcome]) -> 
     if rows.fleet is None or not rows.fleet.proven_by:
         return "", []
     done = {o.job.case.name: load(o.job.folder) for o in outcomes if o.has_result and o.job.model == rows.models[0]}
-    names = about_quantiles(values_of(rows.columns[0], done), rows.fleet.proven)
+    names = to_be_proven(values_of(rows.columns[0], done), rows.fleet.proven)
     return rows.fleet.proven_by, [case for case in cases if case.name in names]
 
 

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.sweeps import fleet as fleet_module
-from rail_fem.sweeps.fleet import QUANTILES, Draw, Fleet, about_quantiles, corrected, quantile_of
+from rail_fem.sweeps.fleet import QUANTILES, Draw, Fleet, corrected, quantile_of, to_be_proven
 
 CASE = (Path(__file__).resolve().parents[2] / "cases" / "thesis" / "case_02.toml").read_text(encoding="utf-8")
 FILE = """
@@ -54,22 +54,34 @@ def test_the_interval_of_a_quantile_holds_as_often_as_it_says(share):
     assert np.mean([low <= truth <= high for low, high in ends]) > 0.93
 
 
-def test_passes_of_a_better_model_correct_the_quantiles_of_the_light_one(monkeypatch):
-    """Exact is 1.2 times light, more at high forces, scattered by 5 %: of 50 fleets of 100 with 20 proven, the exact
-    quantiles of all passes lie in the model's error alone; 42 is four standard deviations below 95 %."""
-    monkeypatch.setattr(fleet_module, "RESAMPLED", 100)
+@pytest.mark.parametrize("share", QUANTILES)
+def test_passes_of_a_better_model_correct_the_quantiles_of_the_light_one(monkeypatch, share):
+    """Exact is 1.2 times light, more at high forces, scattered by 5 %, for one wheel in ten a tenth more: of 100 fleets
+    of 100 with 20 proven, the exact quantiles of all passes lie in the model's error alone 95 times; 86 is four
+    standard deviations below."""
+    monkeypatch.setattr(fleet_module, "RESAMPLED", 200)
     rng = np.random.default_rng(3)
-    for share in QUANTILES:
-        held, plain = 0, 0
-        for _ in range(50):
-            force = 200 * np.exp(0.2 * rng.standard_normal(100))
-            found = 1.2 * force * (force / 200) ** 0.3 * np.exp(0.05 * rng.standard_normal(100))
-            light, exact = ({str(n): float(v) for n, v in enumerate(values)} for values in (force, found))
-            proven = {name: exact[name] for name in about_quantiles(light, 20)}
-            value, model, traffic = corrected(light, proven, share)
-            held += abs(np.log(np.quantile(found, share) / value)) < model + 1e-9
-            plain += abs(np.log(np.quantile(found, share) / np.quantile(force, share))) < model + 1e-9
-        assert held >= 42 and plain < 10 and traffic > 0, share
+    held, plain = 0, 0
+    for _ in range(100):
+        force = 200 * np.exp(0.2 * rng.standard_normal(100))
+        other = np.where(rng.random(100) < 0.1, 0.1, 0.0)
+        found = 1.2 * force * (force / 200) ** 0.3 * np.exp(0.05 * rng.standard_normal(100) + other)
+        light, exact = ({str(n): float(v) for n, v in enumerate(values)} for values in (force, found))
+        proven = {name: exact[name] for name in to_be_proven(light, 20)}
+        value, model, traffic = corrected(light, proven, share)
+        held += abs(np.log(np.quantile(found, share) / value)) < model + 1e-9
+        plain += abs(np.log(np.quantile(found, share) / np.quantile(force, share))) < model + 1e-9
+    assert held >= 86 and plain < 20 and traffic > 0
+
+
+def test_passes_to_be_proven_are_spread_over_all_and_lie_about_the_quantiles():
+    """Each once, as many as asked for; also where there are hardly more."""
+    values = {str(n): float(n) for n in range(200)}
+    chosen = sorted(values[name] for name in to_be_proven(values, 20))
+    assert len(chosen) == len(set(chosen)) == 20 and max(np.diff([0, *chosen, 199])) <= 25
+    assert sum(abs(value - 179.5) < 4 for value in chosen) >= 3 and chosen[-1] > 195
+    few = {str(n): float(n) for n in range(9)}
+    assert len(set(to_be_proven(few, 8))) == 8 and set(to_be_proven(few, 20)) == set(few)
 
 
 def fleet(tmp_path, speed):
