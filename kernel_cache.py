@@ -33,8 +33,9 @@ from numba.core.caching import (
     _CacheLocator,  # the interface that numba's setting CACHE_LOCATOR_CLASSES asks for
 )
 
-ROOT = Path(__file__).resolve().parent
-PACKAGES = "geometry", "bem", "rail_fem"
+BENEATH = bool(__package__)  # of a wheel: all packages lie beneath one (setup.py)
+ROOT = Path(__file__).resolve().parents[BENEATH]
+PACKAGES = (__package__,) if BENEATH else ("geometry", "bem", "rail_fem")
 NUMBAS_OWN = "InTreeCacheLocator", "UserWideCacheLocator", "IPythonCacheLocator", "ZipCacheLocator"
 IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+([.\w]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n#]*)|import[ \t]+([^\n#]*))", re.MULTILINE

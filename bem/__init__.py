@@ -1,6 +1,6 @@
 """Elastic contact in NumPy and SciPy: closed forms, boundary elements, half-space, slices. Knows nothing of rails.
 
-    import bem
+    from rail_fem import bem
     window = (-0.02, 0.02), (-0.02, 0.02)
     patch = bem.normal_contact(lambda x, y: x**2 / 0.92 + y**2 / 0.6, bem.STEEL, bem.STEEL, load=100e3, window=window)
     rolling = bem.rolling_contact(patch, bem.STEEL, bem.STEEL, friction=0.3, creepage=bem.Creepage(1e-3))
@@ -34,32 +34,32 @@ __all__ = [
 ]  # fmt: skip
 
 _HOMES = {
-    "STEEL": "bem.material",
-    "Body": "bem.plane.body",
-    "Creepage": "bem.patch",
-    "Elastic": "bem.material",
-    "Grid": "bem.patch",
-    "Patch": "bem.patch",
-    "Slices": "bem.slices.slices",
-    "contact_modulus": "bem.material",
-    "fastsim": "bem.halfspace.fastsim",
-    "line_contact": "bem.exact.hertz",
-    "loaded_slices": "bem.slices.assumed_load",
-    "normal_contact": "bem.halfspace.normal",
-    "patch_figure": "bem.halfspace.figures",
-    "point_contact": "bem.exact.hertz",
-    "rolling_contact": "bem.halfspace.tangential",
-    "shift_contact": "bem.halfspace.tangential",
-    "slice_contact": "bem.slices.coupled",
-    "solve_contact": "bem.plane.contact",
-    "subsurface_stress": "bem.halfspace.stress",
+    "STEEL": ".material",
+    "Body": ".plane.body",
+    "Creepage": ".patch",
+    "Elastic": ".material",
+    "Grid": ".patch",
+    "Patch": ".patch",
+    "Slices": ".slices.slices",
+    "contact_modulus": ".material",
+    "fastsim": ".halfspace.fastsim",
+    "line_contact": ".exact.hertz",
+    "loaded_slices": ".slices.assumed_load",
+    "normal_contact": ".halfspace.normal",
+    "patch_figure": ".halfspace.figures",
+    "point_contact": ".exact.hertz",
+    "rolling_contact": ".halfspace.tangential",
+    "shift_contact": ".halfspace.tangential",
+    "slice_contact": ".slices.coupled",
+    "solve_contact": ".plane.contact",
+    "subsurface_stress": ".halfspace.stress",
 }
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
-        raise AttributeError(f"module 'bem' has no attribute '{name}'; it offers {', '.join(__all__)}")
-    return getattr(importlib.import_module(_HOMES[name]), name)
+        raise AttributeError(f"module {__name__!r} has no attribute '{name}'; it offers {', '.join(__all__)}")
+    return getattr(importlib.import_module(_HOMES[name], __name__), name)
 
 
 def __dir__() -> list[str]:

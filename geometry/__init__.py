@@ -1,7 +1,7 @@
 """Shapes and kinematics of wheel and rail: profiles, crossings, contact points, wheel paths, meshes. Axes and signs:
 geometry.axes.
 
-    import geometry
+    from rail_fem import geometry
     wheel, rail = geometry.read_profile("wheel.whl"), geometry.rail_head("60E1", inclination=1 / 40)
     search = geometry.ContactSearch(geometry.Wheelset(wheel, radius=0.46), geometry.Track(rail))
     print(search.contacts(search.settle(3e-3), "left").position)
@@ -34,30 +34,30 @@ __all__ = [
 ]  # fmt: skip
 
 _HOMES = {
-    "CastCrossing": "geometry.surfaces.crossing",
-    "CheckRail": "geometry.wheelset",
-    "ContactSearch": "geometry.contact.prismatic_search",
-    "Profile": "geometry.profiles.profile",
-    "ProfileError": "geometry.profiles.profile",
-    "RailSurface": "geometry.surfaces.lofted_rail",
-    "SurfaceSearch": "geometry.contact.lofted_search",
-    "Switch": "geometry.surfaces.switch",
-    "Track": "geometry.wheelset",
-    "Wheelset": "geometry.wheelset",
-    "equivalent_conicity": "geometry.contact.conicity",
-    "examine": "geometry.profiles.doctor",
-    "rail_head": "geometry.profiles.rail",
-    "read_profile": "geometry.profiles.reading",
-    "read_raw": "geometry.profiles.formats.by_suffix",
-    "wheel_path": "geometry.path.wheel_path",
-    "wheel_profile": "geometry.profiles.wheel",
+    "CastCrossing": ".surfaces.crossing",
+    "CheckRail": ".wheelset",
+    "ContactSearch": ".contact.prismatic_search",
+    "Profile": ".profiles.profile",
+    "ProfileError": ".profiles.profile",
+    "RailSurface": ".surfaces.lofted_rail",
+    "SurfaceSearch": ".contact.lofted_search",
+    "Switch": ".surfaces.switch",
+    "Track": ".wheelset",
+    "Wheelset": ".wheelset",
+    "equivalent_conicity": ".contact.conicity",
+    "examine": ".profiles.doctor",
+    "rail_head": ".profiles.rail",
+    "read_profile": ".profiles.reading",
+    "read_raw": ".profiles.formats.by_suffix",
+    "wheel_path": ".path.wheel_path",
+    "wheel_profile": ".profiles.wheel",
 }
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
-        raise AttributeError(f"module 'geometry' has no attribute '{name}'; it offers {', '.join(__all__)}")
-    return getattr(importlib.import_module(_HOMES[name]), name)
+        raise AttributeError(f"module {__name__!r} has no attribute '{name}'; it offers {', '.join(__all__)}")
+    return getattr(importlib.import_module(_HOMES[name], __name__), name)
 
 
 def __dir__() -> list[str]:

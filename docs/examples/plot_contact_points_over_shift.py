@@ -8,7 +8,7 @@ A wheelset with S1002 wheels on 60E1 rails, 1:40, is shifted by up to 8 mm to ea
 import matplotlib.pyplot as plt
 import numpy as np
 
-import geometry
+from rail_fem import geometry
 
 search = geometry.ContactSearch(
     geometry.Wheelset(geometry.wheel_profile("S1002"), radius=0.46), geometry.Track(geometry.rail_head("60E1", 1 / 40))

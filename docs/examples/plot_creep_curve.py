@@ -11,7 +11,7 @@ from collections.abc import Callable
 import matplotlib.pyplot as plt
 import numpy as np
 
-import bem
+from rail_fem import bem
 
 patch = bem.normal_contact(
     lambda x, y: x**2 / 0.92 + y**2 / 0.6,

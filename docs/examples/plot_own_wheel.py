@@ -12,8 +12,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-import geometry
 import rail_fem
+from rail_fem import geometry
 
 # %%
 # A surrogate for a measured file: a P8 with 0.4 mm worn off its tread, a point each 0.25 mm, 10 micrometres of scatter.

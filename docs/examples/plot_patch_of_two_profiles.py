@@ -8,7 +8,7 @@ A P8 wheel stands centred on a 60E1 rail. Where does it touch, and what does the
 import matplotlib.pyplot as plt
 import numpy as np
 
-import bem
+from rail_fem import bem
 from rail_fem.contact.contact_pairs import plain_rail_pair
 
 # %%

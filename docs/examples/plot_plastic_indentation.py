@@ -9,10 +9,10 @@ strain below it and residual stress.
 import matplotlib.pyplot as plt
 import numpy as np
 
-import bem
-from bem.plastic.contact import PlasticHalfSpace
-from bem.steel.deviator import MEAN
-from bem.steel.hardening import Hardening
+from rail_fem import bem
+from rail_fem.bem.plastic.contact import PlasticHalfSpace
+from rail_fem.bem.steel.deviator import MEAN
+from rail_fem.bem.steel.hardening import Hardening
 
 RADIUS, LOAD = 0.1, 12e3  # m, N
 hertz = bem.point_contact(LOAD, RADIUS, RADIUS, bem.contact_modulus(bem.STEEL, bem.STEEL))

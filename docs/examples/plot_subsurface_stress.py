@@ -9,8 +9,8 @@ half-space solution.
 import matplotlib.pyplot as plt
 import numpy as np
 
-import bem
-from bem.exact.subsurface import von_mises
+from rail_fem import bem
+from rail_fem.bem.exact.subsurface import von_mises
 
 patch = bem.normal_contact(
     lambda x, y: (x**2 + y**2) / 0.6, bem.STEEL, bem.STEEL, load=100e3, window=((-0.02, 0.02), (-0.02, 0.02))

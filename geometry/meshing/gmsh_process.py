@@ -42,8 +42,9 @@ def gmsh_process() -> Iterator[subprocess.Popen]:
     if child is not None and child.poll() is None:
         yield child
         return
-    path = os.pathsep.join([str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])])
-    command = [sys.executable, "-P", "-c", "from geometry.meshing.gmsh_process import serve; serve()"]
+    root = Path(__file__).resolve().parents[__name__.count(".")]  # of the packages, by whatever name this is imported
+    path = os.pathsep.join([str(root), *filter(None, [os.environ.get("PYTHONPATH")])])
+    command = [sys.executable, "-P", "-c", f"from {__name__} import serve; serve()"]
     _mine.child = child = subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=without_mpi(os.environ) | {"PYTHONPATH": path}
     )

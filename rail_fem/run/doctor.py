@@ -50,7 +50,8 @@ raise SystemExit(cells != 8)
         """
 import warnings
 warnings.simplefilter("error", RuntimeWarning)  # a cache that is not the user's own
-import kernel_cache, numba
+import numba
+import kernel_cache
 from geometry.hermite import cubic_between
 right = cubic_between(0.5, 1.0, 0.0, 1.0, 0.0, 0.0).value == 0.5
 kept = "read from" if sum(cubic_between.stats.cache_hits.values()) else "compiled and kept in"
