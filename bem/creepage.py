@@ -25,10 +25,23 @@ from bem.checks import ContactInputError
 
 @dataclass(frozen=True)
 class Creepage:
-    """Rigid slip of body 1 over body 2 divided by the rolling speed: longitudinal [1], lateral [1], spin [1/m].
+    """Rigid slip of the upper body over the lower one divided by the rolling speed.
 
     The rigid slip at (x, y) is (longitudinal - spin * y, lateral + spin * x). In a shift the same three numbers are
     displacements [m] and a rotation [1].
+
+    Parameters
+    ----------
+    longitudinal, lateral : float
+        [1]
+    spin : float
+        [1/m]
+
+    Examples
+    --------
+    >>> creepage = bem.Creepage(longitudinal=1e-3, spin=0.5)
+    >>> [float(v) for v in creepage.rigid_slip(np.float64(0.0), np.float64(2e-3))]
+    [0.0, 0.0]
     """
 
     longitudinal: float = 0.0

@@ -17,8 +17,17 @@ class MaterialError(ValueError):
 class Elastic:
     """Isotropic linear elasticity.
 
-    young   : Young's modulus [Pa], > 0
-    poisson : Poisson's ratio, -1 < nu < 0.5 (0.5 itself leaves the bulk modulus infinite)
+    Parameters
+    ----------
+    young : float
+        Young's modulus [Pa], > 0.
+    poisson : float
+        Poisson's ratio, -1 < nu < 0.5 (0.5 itself leaves the bulk modulus infinite).
+
+    Examples
+    --------
+    >>> round(bem.Elastic(young=210e9, poisson=0.3).shear / 1e9, 2)  # [GPa]
+    80.77
     """
 
     young: float
@@ -58,7 +67,23 @@ STEEL = Elastic(210e9, 0.3)
 
 
 def contact_modulus(first: Elastic, second: Elastic) -> float:
-    """E* [Pa] of two bodies: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (Johnson, Contact Mechanics, 1985, eq. 4.8)."""
+    """Modulus of two bodies in contact.
+
+    Parameters
+    ----------
+    first, second : Elastic
+        In any order.
+
+    Returns
+    -------
+    float
+        E* [Pa]: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (Johnson, Contact Mechanics, 1985, eq. 4.8).
+
+    Examples
+    --------
+    >>> round(bem.contact_modulus(bem.STEEL, bem.STEEL) / 1e9, 2)  # [GPa]
+    115.38
+    """
     return 1 / (1 / first.plane_modulus + 1 / second.plane_modulus)
 
 

@@ -32,7 +32,22 @@ class PatchCutError(ContactInputError):
 
 @dataclass(frozen=True)
 class Grid:
-    """Equal rectangular cells. x_first, y_first: centre of cell (0, 0) [m]; dx, dy: cell sides [m]; nx, ny: counts."""
+    """Equal rectangular cells.
+
+    Parameters
+    ----------
+    x_first, y_first : float
+        Centre of cell (0, 0) [m].
+    dx, dy : float
+        Cell sides [m].
+    nx, ny : int
+        Counts.
+
+    Examples
+    --------
+    >>> bem.Grid.over((-0.01, 0.01), (-0.005, 0.005), 40, 20).shape
+    (40, 20)
+    """
 
     x_first: float
     y_first: float
@@ -57,7 +72,19 @@ class Grid:
 
     @classmethod
     def over(cls, x_range: tuple[float, float], y_range: tuple[float, float], nx: int, ny: int) -> Grid:
-        """nx x ny cells that fill the rectangle x_range x y_range [m] (edges, not centres)."""
+        """Cells that fill a rectangle.
+
+        Parameters
+        ----------
+        x_range, y_range : (float, float)
+            Its edges, not centres [m].
+        nx, ny : int
+            Counts.
+
+        Returns
+        -------
+        Grid
+        """
         if nx < 1 or ny < 1:
             raise ContactInputError(f"grid: {nx} x {ny} cells: give at least one each way")
         dx, dy = (x_range[1] - x_range[0]) / nx, (y_range[1] - y_range[0]) / ny
@@ -144,14 +171,44 @@ class PatchPart:
 class Patch:
     """A solved contact.
 
-    gap      : (nx, ny) undeformed gap, open positive [m]; None for a closed form
-    pressure : (nx, ny) >= 0 [Pa]
-    approach : of distant points [m], positive when the bodies are pushed together
-    traction : (nx, ny, 2) tangential traction on body 1 [Pa], or None where only the normal problem was solved
-    slip     : (nx, ny, 2) slip of body 1 against body 2, or None (see the module's head)
-    stick    : (nx, ny) bool, cells in contact that do not slide, or None
-    friction : coefficient of friction, NaN without friction
-    creepage : about x = y = 0; of a patch whose strips have their own (local_creepage) that of its centre's strip
+    Parameters
+    ----------
+    grid : Grid
+        Its cells.
+    gap : (nx, ny) array or None
+        Undeformed gap, open positive [m]; None for a closed form.
+    pressure : (nx, ny) array
+        >= 0 [Pa].
+    approach : float
+        Of distant points [m], positive when the bodies are pushed together.
+    method : str
+        That has solved it.
+    traction : (nx, ny, 2) array or None
+        Tangential traction on the upper body [Pa]; None where only the normal problem was solved.
+    slip : (nx, ny, 2) array or None
+        Of the upper body against the lower one (see the module's head).
+    stick : (nx, ny) bool array or None
+        Cells in contact that do not slide.
+    friction : float
+        Coefficient, NaN without friction.
+    creepage : Creepage or None
+        About x = y = 0; of a patch whose strips have their own (local_creepage) that of its centre's strip.
+    cost : Cost
+        What it has cost.
+    error : ErrorEstimate
+        Its own estimate of its error.
+    warnings : tuple of str
+        What is doubtful.
+    local_creepage : LocalCreepage or None
+        Of a patch that is laid along a curved face.
+
+    Examples
+    --------
+    >>> window = (-0.01, 0.01), (-0.01, 0.01)
+    >>> sphere = lambda x, y: (x**2 + y**2) / 0.6
+    >>> patch = bem.normal_contact(sphere, bem.STEEL, bem.STEEL, load=50e3, window=window, cells=32)
+    >>> round(patch.normal_force / 1e3, 6), len(patch.parts())  # [kN]
+    (50.0, 1)
     """
 
     grid: Grid

@@ -38,12 +38,28 @@ def check_side(side: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Wheelset:
-    """Two wheels on an axle and where it is; lengths in m, angles in rad.
+    """Two wheels on an axle and where it is.
 
-    left, right : wheel profiles, each in its own axes (geometry.axes: + towards its field side); right None: as left
-    radius, right_radius : of the wheels at their tread datum, 70 mm from the flange back; None: as the left one
-    back_to_back : distance of the flange backs
-    x, y, z : middle of the axle in track axes;  yaw, roll : angles;  spin : angle turned about the axle
+    Parameters
+    ----------
+    left, right : Profile
+        Wheel profiles, each in its own axes (geometry.axes: + towards its field side); right None: as left.
+    radius, right_radius : float
+        Of the wheels at their tread datum, 70 mm from the flange back [m]; None: as the left one.
+    back_to_back : float
+        Distance of the flange backs [m].
+    x, y, z : float
+        Middle of the axle in track axes [m].
+    yaw, roll : float
+        [rad]
+    spin : float
+        Angle turned about the axle [rad].
+
+    Examples
+    --------
+    >>> wheelset = geometry.Wheelset(geometry.wheel_profile("S1002"), radius=0.46)
+    >>> round(wheelset.datum_arm, 3)  # [m]
+    0.75
     """
 
     left: Profile
@@ -110,7 +126,21 @@ class RailPosition:
 
 @dataclass(frozen=True)
 class CheckRail:
-    """A check rail or wing beside a rail: flangeway from the gauge face to its face, top above the rail's crown [m]."""
+    """A check rail or wing beside a rail.
+
+    Parameters
+    ----------
+    flangeway : float
+        From the gauge face to its face [m].
+    top : float
+        Above the rail's crown [m].
+
+    Examples
+    --------
+    >>> track = geometry.Track(geometry.rail_head("56E1"), left_check=geometry.CheckRail(flangeway=0.041))
+    >>> track.check_rail("left").top
+    0.0
+    """
 
     flangeway: float = 0.041
     top: float = 0.0
@@ -121,16 +151,29 @@ class CheckRail:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Two rails; lengths in m.
+    """Two rails.
 
-    left, right : rail profiles, each with its gauge side at -y, its crown at z = 0, inclined as it lies; right None: as
-        left
-    gauge : distance of the gauge points, which lie on the gauge faces gauge_point below the crowns
-    cant : of the track plane, + when the left rail is the higher one [rad]; track axes lie in that plane, so that
-        positions do not depend on
-        it and weight does: `level`, and rest_under of rail_fem.contact.load_sharing
-    left_position, right_position : the 3 degrees of freedom of each rail
-    left_check, right_check : check rails; a flange back stops there (geometry.contact.flange_back)
+    Parameters
+    ----------
+    left, right : Profile
+        Each with its gauge side at -y, its crown at z = 0, inclined as it lies; right None: as left.
+    gauge : float
+        Distance of the gauge points [m], which lie on the gauge faces `gauge_point` below the crowns.
+    gauge_point : float
+        [m]
+    cant : float
+        Of the track plane, + when the left rail is the higher one [rad]; track axes lie in that plane, so that
+        positions do not depend on it and weight does: `level`, and rest_under of rail_fem.contact.load_sharing.
+    left_position, right_position : RailPosition
+        The 3 degrees of freedom of each rail.
+    left_check, right_check : CheckRail, optional
+        A flange back stops there (geometry.contact.flange_back).
+
+    Examples
+    --------
+    >>> track = geometry.Track.plain_line("60E1", inclination=1 / 40)
+    >>> track.gauge  # [m]
+    1.435
     """
 
     left: Profile

@@ -9,9 +9,19 @@ Names are imported when they are first used, so that `import rail_fem` is light.
 """
 
 import importlib
+import importlib.util
+import logging
+import sys
+from collections.abc import Sequence
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import bem as bem
+    import geometry as geometry
     from rail_fem.case.casefile import Case, CaseError, load_case
     from rail_fem.case.examples import example
     from rail_fem.export.entry import export_dolfinx
@@ -59,8 +69,40 @@ _HOMES = {
     "plot_sweep": "rail_fem.sweeps.parameter_figure:parameter_figure",
 }
 
+_PARTS = ("bem", "geometry", "kernel_cache")
+
+
+class _Beside(MetaPathFinder, Loader):
+    """In a checkout _PARTS are folders beside this package; a wheel has them beneath it (setup.py). Here they answer to
+    the names that they have there, as the same modules: `rail_fem.geometry.axes is geometry.axes`."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        home, _, own = fullname.partition(".")
+        if home != __name__ or own.partition(".")[0] not in _PARTS or importlib.util.find_spec(own) is None:
+            return None
+        return ModuleSpec(fullname, self)
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        module = importlib.import_module(spec.name.partition(".")[2])
+        spec.loader_state = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """It is loaded; the import has given it the other name's specification meanwhile."""
+        assert module.__spec__ is not None
+        module.__spec__ = module.__spec__.loader_state or module.__spec__
+
+
+logging.getLogger(__name__).addHandler(logging.NullHandler())  # shown where a program asks for it
+if not (Path(__file__).parent / "geometry").is_dir():  # before the finder that would load a second copy
+    sys.meta_path.insert(0, _Beside())
+
 
 def __getattr__(name: str) -> Any:
+    if name in _PARTS:
+        return importlib.import_module(f"{__name__}.{name}")
     if name == "__version__":
         from rail_fem.result.versions import own_version
 
@@ -72,4 +114,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "__version__"]
+    return [*__all__, *_PARTS, "__version__"]

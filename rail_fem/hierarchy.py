@@ -4,6 +4,7 @@ A model is imported only when it is asked for, so the light part runs without do
 """
 
 import importlib
+import logging
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -11,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from rail_fem.processes import launcher
 from rail_fem.result.versions import HOW_TO_GET
 from rail_fem.scene.input_errors import suggest
 from rail_fem.scene.scene import Frozen, Scene
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from rail_fem.result.result import PassResult
 
 
+LOG = logging.getLogger(__name__)
 OWN_PACKAGES = ("rail_fem", "bem", "geometry")
 
 
@@ -124,20 +127,52 @@ def solve(
     restart: bool = False,
     progress: "Progress | None" = None,
 ) -> "PassResult":
-    """Run one model. Collective for parallel models.
+    """Run one model. Collective for parallel models. What goes on is logged (`logging`, names beginning with
+    "rail_fem").
 
-    settings : the model's numerics; a dict is checked as a case file's section, None means the defaults
-    folder   : where fields, figures and restart files go; None writes nothing
-    restart  : go on from the restart files in `folder`
-    progress : told each report
-    Errors: those of `load`, TypeError for what is no scene and for settings of another model, InputError (a
-    ValueError) for settings that are none, and the model's own.
+    Parameters
+    ----------
+    model : str
+        A name of `rail_fem.MODELS`.
+    scene : Scene
+        What is there, as `load_case(FILE).scene`.
+    settings : settings of the model or mapping, optional
+        Its numerics; a mapping is checked as a case file's section, so lengths have units ("300 mm"). None: the
+        defaults.
+    folder : Path or str, optional
+        Where fields, figures and restart files go; None writes nothing.
+    restart : bool
+        Go on from the restart files in `folder`.
+    progress : Progress, optional
+        Told each report.
+
+    Returns
+    -------
+    PassResult
+
+    Raises
+    ------
+    KeyError
+        For an unknown model.
+    ModelUnavailable
+        Where its libraries are missing, with how to get them.
+    TypeError
+        For what is no scene, and for settings of another model.
+    ValueError
+        For settings that are none (InputError), or that the scene does not allow; beside it the model's own errors.
+
+    Examples
+    --------
+    >>> scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
+    >>> result = rail_fem.solve("p2_formula", scene)
+    >>> result.peaks["p2"].value > scene.static_wheel_load  # [N]
+    True
     """
     solver, kind = load(model), MODELS[model].settings
     if not isinstance(scene, Scene):
         raise TypeError(f"{model}: a {type(scene).__name__} is no Scene: give load_case(FILE).scene")
     if settings is None or isinstance(settings, Mapping):
-        settings = kind.checked(settings or {})
+        settings = kind.as_written(settings or {})
     if not isinstance(settings, kind):
         raise TypeError(f"{model} takes {kind.__name__}, not {type(settings).__name__}: give its own, or a dict")
     if unfit := unfit_parts(scene, settings):
@@ -145,7 +180,12 @@ def solve(
     from kernel_cache import compile_time
 
     folder, before = None if folder is None else Path(folder), compile_time()
+    LOG.info("%s: begun", model)
     result = solver.solve(scene, settings, folder=folder, restart=restart, progress=progress)
     compiled = compile_time() - before
+    if launcher.rank() == 0:
+        LOG.info("%s: %s in %.1f s", model, result.fault or result.cut_off or "finished", result.cost.wall_time)
+        for warning in result.warnings:
+            LOG.warning("%s: %s", model, warning)
     cost = replace(result.cost, wall_time=result.cost.wall_time + compiled, compile_time=compiled)
     return replace(result, cost=cost)

@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf, gamma
 
 from bem.checks import refuse_unless_positive
+from bem.renamed import renamed
 
 
 class HertzError(ValueError):
@@ -93,11 +94,37 @@ def principal_radii(
     return 1 / curvature[0], 1 / curvature[1], float(np.arctan2(axes[1, 0], axes[0, 0]))
 
 
-def line_contact(force: float, radius: float, modulus: float) -> LineContact:
-    """Line contact from the force per length [N/m], relative radius [m] and E* [Pa] (Johnson eq. 4.43 to 4.45)."""
-    refuse_unless_positive(HertzError, force=force, radius=radius, modulus=modulus)
-    half_width = np.sqrt(4 * force * radius / (np.pi * modulus))
-    return LineContact(force, half_width, 2 * force / (np.pi * half_width), radius, modulus)
+@renamed(force="load")
+def line_contact(load: float, radius: float, modulus: float) -> LineContact:
+    """Hertz line contact.
+
+    Parameters
+    ----------
+    load : float
+        Per length [N/m].
+    radius : float
+        Relative [m].
+    modulus : float
+        E* [Pa] of `contact_modulus`.
+
+    Returns
+    -------
+    LineContact
+        Half-width and pressure (Johnson eq. 4.43 to 4.45).
+
+    Raises
+    ------
+    HertzError
+        For what is not positive.
+
+    Examples
+    --------
+    >>> round(bem.line_contact(1e6, 0.3, 115e9).half_width * 1e3, 3)  # [mm]
+    1.822
+    """
+    refuse_unless_positive(HertzError, load=load, radius=radius, modulus=modulus)
+    half_width = np.sqrt(4 * load * radius / (np.pi * modulus))
+    return LineContact(load, half_width, 2 * load / (np.pi * half_width), radius, modulus)
 
 
 def line_contact_of_width(half_width: float, radius: float, modulus: float) -> LineContact:
@@ -147,20 +174,44 @@ def _ellipse_shape(radius_x: float, radius_y: float) -> tuple[float, float, floa
     return (ratio, *_ellipse_integrals(ratio))
 
 
-def point_contact(force: float, radius_x: float, radius_y: float, modulus: float) -> PointContact:
-    """Point contact from the force [N], relative radii in the planes xz and yz [m], E* [Pa].
+@renamed(force="load")
+def point_contact(load: float, radius_x: float, radius_y: float, modulus: float) -> PointContact:
+    """Hertz point contact over an ellipse.
 
-    Error: round-off (tests/bem/test_hertz.py). Source: Johnson (1985), eq. 4.26 and 4.28, solved exactly.
+    Parameters
+    ----------
+    load : float
+        [N]
+    radius_x, radius_y : float
+        Relative, in the planes xz and yz [m].
+    modulus : float
+        E* [Pa] of `contact_modulus`.
+
+    Returns
+    -------
+    PointContact
+        Semi-axes, pressure, approach. Error: round-off (tests/bem/test_hertz.py).
+        Source: Johnson (1985), eq. 4.26 and 4.28, solved exactly.
+
+    Raises
+    ------
+    HertzError
+        For what is not positive, or gives no patch.
+
+    Examples
+    --------
+    >>> round(bem.point_contact(100e3, 0.46, 0.3, 115.4e9).max_pressure / 1e6)  # [MPa]
+    1238
     """
-    refuse_unless_positive(HertzError, force=force, radius_x=radius_x, radius_y=radius_y, modulus=modulus)
+    refuse_unless_positive(HertzError, load=load, radius_x=radius_x, radius_y=radius_y, modulus=modulus)
     ratio, k, d, _ = _ellipse_shape(radius_x, radius_y)
-    major = (3 * force * d * max(radius_x, radius_y) / (np.pi * modulus)) ** (1 / 3)
+    major = (3 * load * d * max(radius_x, radius_y) / (np.pi * modulus)) ** (1 / 3)
     minor = ratio * major
     if not 0 < major * minor < np.inf:
-        raise HertzError(f"force {force} N on radii {radius_x}, {radius_y} m: a patch of {major} by {minor} m is none")
-    pressure = 3 * force / (2 * np.pi * major * minor)
+        raise HertzError(f"load {load} N on radii {radius_x}, {radius_y} m: a patch of {major} by {minor} m is none")
+    pressure = 3 * load / (2 * np.pi * major * minor)
     semi_x, semi_y = (major, minor) if radius_x >= radius_y else (minor, major)
-    return PointContact(force, semi_x, semi_y, pressure, pressure * minor * k / modulus, modulus)
+    return PointContact(load, semi_x, semi_y, pressure, pressure * minor * k / modulus, modulus)
 
 
 def point_contact_of_approach(approach: float, radius_x: float, radius_y: float, modulus: float) -> PointContact:

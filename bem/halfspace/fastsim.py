@@ -39,6 +39,7 @@ from bem.halfspace.slip_dependent_friction import LEAST, SlipDependentFriction, 
 from bem.material import Elastic, Pair
 from bem.patch import ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
 from bem.patch_edge import covered_area
+from bem.renamed import renamed
 from kernel_cache import njit
 
 _SHARE = 0.85  # of the changes between the grids that is taken for the error (bem/verification/estimates_study.py)
@@ -77,10 +78,11 @@ def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float, 
     return radius * np.sqrt(ratio), radius / np.sqrt(ratio), float(x.mean()), float(y.mean())
 
 
+@renamed(first="upper", second="lower")
 def fastsim(
     patch: Patch,
-    first: Elastic,
-    second: Elastic,
+    upper: Elastic,
+    lower: Elastic,
     friction: float | SlipDependentFriction,
     creepage: Creepage | LocalCreepage,
     *,
@@ -91,11 +93,44 @@ def fastsim(
 ) -> Patch:
     """Tractions, stick and slip of a solved normal contact by the simplified theory.
 
-    friction  : coefficient, or one that changes with slip; the patch's `friction` is then that without slip
-    creepage  : rigid slip of body 1 over body 2 per rolling speed, about x = y = 0; of a curved patch each strip's own
-    initial_slope : third-body reduction of the slope at small creepage, above 0, at most 1
-    bound     : "parabolic" or "elliptic", see the module's head; direction : +1 or -1, where the leading edge lies
-    Returns the patch with traction [Pa], slip per metre rolled [1] and stick.
+    Parameters
+    ----------
+    patch : Patch
+        Of `normal_contact`.
+    upper, lower : Elastic
+        Bodies 1 and 2.
+    friction : float or SlipDependentFriction
+        Coefficient, or one that changes with slip; the patch's `friction` is then that without slip.
+    creepage : Creepage or LocalCreepage
+        Rigid slip of the upper body over the lower one per rolling speed, about x = y = 0; of a curved patch each
+        strip's own.
+    bound : {"parabolic", "elliptic"}
+        See the module's head.
+    direction : {1, -1}
+        Where along x the leading edge lies.
+    estimate : bool
+        Also solve at doubled cell sides, for the error estimate.
+    initial_slope : float
+        Third-body reduction of the slope at small creepage, above 0, at most 1.
+
+    Returns
+    -------
+    Patch
+        With traction [Pa], slip per metre rolled [1] and stick.
+
+    Raises
+    ------
+    ContactInputError
+        For what is out of range, with what to give.
+
+    Examples
+    --------
+    >>> window = (-0.01, 0.01), (-0.01, 0.01)
+    >>> sphere = lambda x, y: (x**2 + y**2) / 0.6
+    >>> patch = bem.normal_contact(sphere, bem.STEEL, bem.STEEL, load=50e3, window=window, cells=32)
+    >>> rolled = bem.fastsim(patch, bem.STEEL, bem.STEEL, friction=0.3, creepage=bem.Creepage(longitudinal=0.05))
+    >>> round(abs(float(rolled.tangential_force[0])) / 50e3, 3)  # all of it slides
+    0.3
     """
     if bound not in ("parabolic", "elliptic"):
         raise ContactInputError(f"bound {bound!r}: give 'parabolic' or 'elliptic'")
@@ -107,7 +142,7 @@ def fastsim(
     law = friction if isinstance(friction, SlipDependentFriction) else SlipDependentFriction.constant(friction)
     reach = patch.grid.edges if not patch.contact.any() else _centres(patch)
     notes = check_friction(law.static) + check_creepage(creepage, reach)
-    pair = Pair.of(first, second)
+    pair = Pair.of(upper, lower)
     solve = lambda grid, pressure: _tractions(grid, pressure, pair, law, creepage, bound, direction, initial_slope)
     traction, slip, stick = solve(patch.grid, patch.pressure)
     error = _estimate(patch, traction, solve) if estimate and law.static > 0 else patch.error

@@ -10,7 +10,27 @@ _MM, _MPA = 1e3, 1e-6
 
 
 def patch_figure(patch: Patch, path: str | None = None):
-    """Pressure, tractions with arrows, stick and slip of one patch; without tractions the pressure alone."""
+    """Pressure, tractions with arrows, stick and slip of one patch; without tractions the pressure alone.
+
+    Parameters
+    ----------
+    patch : Patch
+        A solved contact.
+    path : str, optional
+        Of a file that is written.
+
+    Returns
+    -------
+    matplotlib Figure
+
+    Examples
+    --------
+    >>> window = (-0.01, 0.01), (-0.01, 0.01)
+    >>> sphere = lambda x, y: (x**2 + y**2) / 0.6
+    >>> patch = bem.normal_contact(sphere, bem.STEEL, bem.STEEL, load=50e3, window=window, cells=32)
+    >>> len(bem.patch_figure(patch).axes) > 0
+    True
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

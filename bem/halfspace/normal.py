@@ -22,6 +22,7 @@ from bem.halfspace.positioning import Window, evaluate_gap, position_grid, widen
 from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
 from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, ErrorEstimate, Grid, Patch
+from bem.renamed import renamed
 
 Gap: TypeAlias = np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -34,10 +35,11 @@ _AREA_SHARE, _AREA_STAIRS = 0.3, 0.18  # of the area's changes, and of a cell ov
 _NESTED_GRID = 160  # cells from which a start from doubled cell sides saves time
 
 
+@renamed(first="upper", second="lower")
 def normal_contact(
     gap: Gap,
-    first: Elastic,
-    second: Elastic,
+    upper: Elastic,
+    lower: Elastic,
     *,
     load: float | None = None,
     approach: float | None = None,
@@ -48,22 +50,51 @@ def normal_contact(
     cut: bool = False,
     estimate: bool = True,
 ) -> Patch:
-    """Frictionless contact of body 1 (above) and body 2 (below).
+    """Frictionless contact of two bodies, which deform as half-spaces.
 
-    gap      : (nx, ny) array on `grid`, or function gap(x, y) [m]; open positive, +inf where a body has no surface
-    load [N] or approach [m] : one of them; load 0 gives an empty patch, an approach that does not close the gap an
-        error
-    grid     : the cells; without it `window` ((x_min, x_max), (y_min, y_max)) [m] is searched and `cells` laid on the
-        patch
-    accuracy : cells are doubled until the estimated relative error of the largest pressure is below it (function gaps)
-    cut      : allow the patch to reach the grid's edge, because the bodies end there
-    estimate : also solve at doubled and at fourfold cell sides, for the error estimate (a third of the cost)
+    Parameters
+    ----------
+    gap : (nx, ny) array or function
+        On `grid`, or gap(x, y) [m]; open positive, +inf where a body has no surface.
+    upper, lower : Elastic
+        Bodies 1 (above) and 2 (below).
+    load, approach : float
+        One of them [N], [m]; load 0 gives an empty patch, an approach that does not close the gap an error.
+    grid : Grid, optional
+        The cells; without it `window` is searched and `cells` laid on the patch.
+    window : ((x_min, x_max), (y_min, y_max)), optional
+        [m]
+    cells : int or (int, int)
+        Over the patch.
+    accuracy : float, optional
+        Cells are doubled until the estimated relative error of the largest pressure is below it (function gaps).
+    cut : bool
+        Allow the patch to reach the grid's edge, because the bodies end there.
+    estimate : bool
+        Also solve at doubled and at fourfold cell sides, for the error estimate (a third of the cost).
 
-    Error: bem/halfspace/pressure.py. Source: there.
+    Returns
+    -------
+    Patch
+        Error and source: bem/halfspace/pressure.py.
+
+    Raises
+    ------
+    ContactInputError
+        For what no solver can answer, with what to do.
+
+    Examples
+    --------
+    >>> window = (-0.01, 0.01), (-0.01, 0.01)
+    >>> sphere = lambda x, y: (x**2 + y**2) / 0.6
+    >>> patch = bem.normal_contact(sphere, bem.STEEL, bem.STEEL, load=50e3, window=window)
+    >>> exact = bem.point_contact(50e3, 0.3, 0.3, bem.contact_modulus(bem.STEEL, bem.STEEL))
+    >>> bool(abs(patch.max_pressure / exact.max_pressure - 1) < 5e-3)
+    True
     """
     check_control(load, approach)
     started = time.perf_counter()
-    pair = Pair.of(first, second)
+    pair = Pair.of(upper, lower)
     cells = check_cells(cells)
     if accuracy is not None:
         refuse_unless_positive(ContactInputError, accuracy=accuracy)
@@ -75,7 +106,7 @@ def normal_contact(
         patch = _solve(gap, grid, pair, load, approach, estimate)
         if not cut:
             check_inside(patch.pressure, grid)
-    patch.warnings += strain_warning(patch.pressure, first, second)
+    patch.warnings += strain_warning(patch.pressure, upper, lower)
     patch.cost = Cost(time.perf_counter() - started, patch.cost.iterations, patch.cost.products)
     return patch
 

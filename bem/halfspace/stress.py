@@ -107,8 +107,29 @@ def rectangle_stress(load: int, x_edges: np.ndarray, y_edges: np.ndarray, depth:
 def subsurface_stress(patch: Patch, depths: np.ndarray, poisson: float, body: int = 2) -> np.ndarray:
     """Stress below (body 2) or above (body 1) every cell centre of the patch.
 
-    depths  : (nz,) distances from the surface > 0 [m]; poisson : of the body
-    Returns (nz, nx, ny, 6) stress [Pa], order VOIGT, tension positive, in the patch's axes (z up).
+    Parameters
+    ----------
+    patch : Patch
+        With its pressure, and tractions where it has any.
+    depths : (nz,) array
+        Distances from the surface > 0 [m].
+    poisson : float
+        Of the body [1].
+    body : {1, 2}
+        1 above, 2 below.
+
+    Returns
+    -------
+    (nz, nx, ny, 6) array
+        Stress [Pa], order VOIGT, tension positive, in the patch's axes (z up).
+
+    Examples
+    --------
+    >>> window = (-0.01, 0.01), (-0.01, 0.01)
+    >>> sphere = lambda x, y: (x**2 + y**2) / 0.6
+    >>> patch = bem.normal_contact(sphere, bem.STEEL, bem.STEEL, load=50e3, window=window, cells=24)
+    >>> bem.subsurface_stress(patch, np.array([1e-3, 2e-3]), poisson=0.3).shape
+    (2, 24, 24, 6)
     """
     depths = np.atleast_1d(np.asarray(depths, dtype=float))
     if not depths.size:

@@ -23,6 +23,7 @@ from bem.halfspace.input import check_creepage, check_force, check_friction, che
 from bem.halfspace.pressure import NormalOperator, solve_pressure
 from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
+from bem.renamed import renamed
 
 Force = tuple[float | None, float | None]
 
@@ -33,10 +34,11 @@ _SHARE_ROLLING = 1.2
 _SHARE_SHIFT = 0.6  # and nearly second
 
 
+@renamed(first="upper", second="lower")
 def rolling_contact(
     patch: Patch,
-    first: Elastic,
-    second: Elastic,
+    upper: Elastic,
+    lower: Elastic,
     friction: float,
     creepage: Creepage | LocalCreepage = Creepage(),
     force: Force = (None, None),
@@ -47,15 +49,46 @@ def rolling_contact(
 ) -> Patch:
     """Steady rolling along direction * x with Coulomb friction.
 
-    creepage  : rigid slip of body 1 over body 2 per rolling speed (a positive number whatever the direction); on a
-        patch laid along a curved face each strip's own (bem/creepage.py)
-    force     : (Fx, Fy) on body 1 [N]; where a number, the creepage along that axis is what comes out, added to the
-        given
-    direction : +1 or -1; the leading edge lies there
-    tolerance : of the tractions, relative
-    estimate  : also solve at doubled cell sides, for the error estimate
+    Parameters
+    ----------
+    patch : Patch
+        Of `normal_contact`; the normal load is kept.
+    upper, lower : Elastic
+        Bodies 1 and 2.
+    friction : float
+        Coefficient [1].
+    creepage : Creepage or LocalCreepage
+        Rigid slip of the upper body over the lower one per rolling speed (a positive number whatever the direction); on
+        a patch laid along a curved face each strip's own (bem/creepage.py).
+    force : (float or None, float or None)
+        On the upper body along x and y [N]; where a number, the creepage along that axis is what comes out, added to
+        the given.
+    direction : {1, -1}
+        Where along x the leading edge lies.
+    tolerance : float
+        Of the tractions, relative.
+    estimate : bool
+        Also solve at doubled cell sides, for the error estimate.
 
-    Returns the patch with traction [Pa], slip per metre rolled [1], stick; the normal load is kept.
+    Returns
+    -------
+    Patch
+        With traction [Pa], slip per metre rolled [1], stick.
+
+    Raises
+    ------
+    ContactInputError
+        For what no solver can answer, with what to do.
+
+    Examples
+    --------
+    >>> window = (-0.01, 0.01), (-0.01, 0.01)
+    >>> sphere = lambda x, y: (x**2 + y**2) / 0.6
+    >>> patch = bem.normal_contact(sphere, bem.STEEL, bem.STEEL, load=50e3, window=window, cells=24)
+    >>> creepage = bem.Creepage(longitudinal=1e-3)
+    >>> rolled = bem.rolling_contact(patch, bem.STEEL, bem.STEEL, friction=0.3, creepage=creepage)
+    >>> 0.0 < abs(float(rolled.tangential_force[0])) < 0.3 * 50e3  # [N]
+    True
     """
     if direction not in (1, -1):
         raise ContactInputError(f"direction {direction!r}: give +1 or -1")
@@ -65,13 +98,14 @@ def rolling_contact(
             " give the creepages, and look for the motion that gives the force"
         )
     notes = check_friction(friction) + check_creepage(creepage, _bounds(patch))
-    return _solve(patch, Pair.of(first, second), friction, creepage, force, None, direction, tolerance, estimate, notes)
+    return _solve(patch, Pair.of(upper, lower), friction, creepage, force, None, direction, tolerance, estimate, notes)
 
 
+@renamed(first="upper", second="lower")
 def shift_contact(
     patch: Patch,
-    first: Elastic,
-    second: Elastic,
+    upper: Elastic,
+    lower: Elastic,
     friction: float,
     shift: Creepage = Creepage(),
     force: Force = (None, None),
@@ -80,20 +114,55 @@ def shift_contact(
     tolerance: float = 1e-5,
     estimate: bool = True,
 ) -> Patch:
-    """Shift of body 1 over body 2 under load, with Coulomb friction: one step, or the next step after `previous`.
+    """Shift of the upper body over the lower one under load, with Coulomb friction: one step, or the next one.
 
-    shift    : rigid displacements [m] and rotation [1] of this step
-    force    : (Fx, Fy) on body 1 [N]; where a number, the shift along that axis is what comes out, added to the given
-    previous : the patch at the end of the step before, on the same grid; None starts from bodies without tractions
+    Loads that grow together with a shift, or unlike materials pressed together, must be stepped: Coulomb's law
+    remembers the path.
 
-    Returns the patch with traction [Pa], slip in this step [m], stick. Loads that grow together with a shift, or unlike
-    materials pressed together, must be stepped: Coulomb's law remembers the path.
+    Parameters
+    ----------
+    patch : Patch
+        Of `normal_contact`.
+    upper, lower : Elastic
+        Bodies 1 and 2.
+    friction : float
+        Coefficient [1].
+    shift : Creepage
+        Rigid displacements [m] and rotation [1] of this step.
+    force : (float or None, float or None)
+        On the upper body along x and y [N]; where a number, the shift along that axis is what comes out, added to the
+        given.
+    previous : Patch, optional
+        At the end of the step before, on the same grid; None starts from bodies without tractions.
+    tolerance : float
+        Of the tractions, relative.
+    estimate : bool
+        Also solve at doubled cell sides, for the error estimate.
+
+    Returns
+    -------
+    Patch
+        With traction [Pa], slip in this step [m], stick.
+
+    Raises
+    ------
+    ContactInputError
+        For what no solver can answer, with what to do.
+
+    Examples
+    --------
+    >>> window = (-0.01, 0.01), (-0.01, 0.01)
+    >>> sphere = lambda x, y: (x**2 + y**2) / 0.6
+    >>> patch = bem.normal_contact(sphere, bem.STEEL, bem.STEEL, load=50e3, window=window, cells=24)
+    >>> shifted = bem.shift_contact(patch, bem.STEEL, bem.STEEL, friction=0.3, force=(5e3, None))
+    >>> round(float(shifted.tangential_force[0]))  # [N]
+    5000
     """
     if previous is not None and (previous.grid != patch.grid or previous.traction is None):
         raise ContactInputError("previous: needs a patch with tractions on the same grid")
     notes = check_friction(friction)
     check_shift(shift, _bounds(patch))
-    return _solve(patch, Pair.of(first, second), friction, shift, force, previous, 0, tolerance, estimate, notes)
+    return _solve(patch, Pair.of(upper, lower), friction, shift, force, previous, 0, tolerance, estimate, notes)
 
 
 def _bounds(patch: Patch) -> tuple[float, float, float, float]:

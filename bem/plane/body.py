@@ -27,8 +27,28 @@ from bem.plane.point_load import PointLoad
 
 @dataclass(frozen=True)
 class Body:
-    """outline : Outline; material : Elastic; face : name of the edges that may touch
-    held : name of the edge that is held, or None; hub : (x, y) [m] of an inner point that carries the load, or None
+    """An elastic body of plane strain: its outline, its material and how it is held.
+
+    Parameters
+    ----------
+    outline : Outline
+        Of bem.plane.outline: named edges.
+    material : Elastic
+        [Pa]
+    face : str
+        Name of the edges that may touch.
+    held : str or None
+        Name of the edge that is held.
+    hub : (float, float) or None
+        x, y of an inner point that carries the load [m]; it is then held by no edge.
+
+    Examples
+    --------
+    >>> from rail_fem.bem.plane.outline import block_behind
+    >>> y = np.linspace(-0.04, 0.04, 161)
+    >>> rail = bem.Body(block_behind(np.column_stack([y, -(y**2) / 0.6]), level=-0.1), bem.STEEL)
+    >>> rail.held
+    'held'
     """
 
     outline: Outline

@@ -218,10 +218,39 @@ def solve_contact(
     settings: Settings = Settings(),
     steps: int | None = None,
 ) -> ContactResult:
-    """Contact of two bodies under one control (reached in `steps`, default 1 without friction, 10 with) or a sequence
-    of controls.
+    """Contact of two bodies in plane strain, under one control or a sequence of controls.
 
-    Raises PairingError, LoadError, EquilibriumError, ConvergenceError with what is wrong and what to do.
+    Parameters
+    ----------
+    fixed, moving : Body
+        Loads and motions are those of the moving body's holder; either may lie above.
+    control : Control or sequence of Control
+        Force [N/m] or motion [m] by component (bem.plane.coulomb).
+    friction : float
+        Coefficient [1].
+    settings : Settings
+        Element sizes and accuracy.
+    steps : int, optional
+        In which one control is reached: 1 without friction, 10 with.
+
+    Returns
+    -------
+    ContactResult
+
+    Raises
+    ------
+    PairingError, LoadError, EquilibriumError, ConvergenceError
+        With what is wrong and what to do.
+
+    Examples
+    --------
+    >>> from rail_fem.bem.plane.coulomb import Control
+    >>> from rail_fem.bem.verification.exact_problems import two_discs
+    >>> below, above = two_discs(1.0, bem.STEEL, bem.STEEL)
+    >>> found = bem.solve_contact(below, above, Control.of(force=(None, -100e3))).last
+    >>> exact = bem.line_contact(100e3, 0.5, bem.contact_modulus(bem.STEEL, bem.STEEL))
+    >>> bool(abs(found.pressure.max() / exact.max_pressure - 1) < 0.02)
+    True
     """
     refuse_bad_friction(friction)
     controls = _load_steps(control, steps, friction)

@@ -73,13 +73,42 @@ def loaded_slices(
 ) -> LoadedSlicePatch:
     """Frictionless contact of the two bodies of `slices`, each slice under an assumed share of the load.
 
-    load [N] downwards (slices.direction must be (0, -1)); cells : slices along the patch, cells across it
-    sharing     : "elliptic", "parabolic", or a function x (n,) [m] -> line load (n,), of any scale
-    semi_length : half the patch's length [m], default Hertz's for the radii where the bodies touch
-    estimate    : also solve with doubled cells, for the error estimate; it knows nothing of the method's own error
+    Parameters
+    ----------
+    slices : Slices
+        With direction (0, -1).
+    load : float
+        Downwards [N].
+    sharing : {"elliptic", "parabolic"} or function
+        Or x (n,) [m] -> line load (n,), of any scale.
+    semi_length : float, optional
+        Half the patch's length [m]; None: Hertz's for the radii where the bodies touch.
+    cells : (int, int)
+        Slices along the patch, cells across it.
+    estimate : bool
+        Also solve with doubled cells, for the error estimate; it knows nothing of the method's own error.
 
-    The patch's `approach` is NaN: there is none. Raises ContactInputError and its kinds with what is wrong and what to
-    do.
+    Returns
+    -------
+    LoadedSlicePatch
+        Its `approach` is NaN: there is none.
+
+    Raises
+    ------
+    ContactInputError
+        And its kinds, with what is wrong and what to do.
+
+    Examples
+    --------
+    >>> from rail_fem.bem.plane.outline import block_behind
+    >>> y = np.linspace(-0.04, 0.04, 161)
+    >>> crown, tread = np.column_stack([y, -(y**2) / 0.6]), np.column_stack([y, y**2 / 2.0])
+    >>> rail, wheel = (bem.Body(block_behind(line, end), bem.STEEL) for line, end in ((crown, -0.1), (tread, 0.1)))
+    >>> rolled = lambda x: [tread + [0.0, x**2 / 0.92]]  # of a wheel of 0.46 m
+    >>> slices = bem.Slices(rail, wheel, upper_section=rolled)
+    >>> patch = bem.loaded_slices(slices, load=50e3, cells=(8, 12), estimate=False)
+    >>> bool(abs(patch.normal_force / 50e3 - 1) < 0.01)
+    True
     """
     started = time.perf_counter()
     check_control(load, None)

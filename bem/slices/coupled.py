@@ -143,18 +143,50 @@ def slice_contact(
     cut: bool = False,
     estimate: bool = True,
 ) -> SlicePatch:
-    """Frictionless contact of the two bodies of `slices`.
+    """Frictionless contact of the two bodies of `slices`, with the coupling of the slices.
 
-    load, approach : [N] along slices.direction, or [m] of the held edges after contact at x = 0: one of them
-    cells    : slices along x, cells across; they are laid over the patch, which is searched for within `length`
-               ((x_min, x_max) [m], default as long as the lower face is wide on both sides) and the lower face; or
-               `grid`
-    stations : across the patch, where the cross-sections' correction is computed
-    threads  : default all processors of this process
-    cut      : allow the patch to reach the grid's edge; a patch that reaches the end of a face is always allowed
-    estimate : also solve with doubled and fourfold cells and half the stations, for the error estimate
+    Parameters
+    ----------
+    slices : Slices
+        The two bodies.
+    load, approach : float
+        One of them: [N] along slices.direction, or [m] of the held edges after contact at x = 0.
+    cells : (int, int)
+        Slices along x, cells across; they are laid over the patch, which is searched for within `length` and the lower
+        face.
+    length : (float, float), optional
+        x_min, x_max [m]; None: as long as the lower face is wide on both sides.
+    grid : Grid, optional
+        The cells themselves.
+    stations : int
+        Across the patch, where the cross-sections' correction is computed.
+    threads : int, optional
+        None: all processors of this process.
+    cut : bool
+        Allow the patch to reach the grid's edge; a patch that reaches the end of a face is always allowed.
+    estimate : bool
+        Also solve with doubled and fourfold cells and half the stations, for the error estimate.
 
-    Raises ContactInputError and its kinds, OutlineError, with what is wrong and what to do.
+    Returns
+    -------
+    SlicePatch
+
+    Raises
+    ------
+    ContactInputError
+        And its kinds, OutlineError, with what is wrong and what to do.
+
+    Examples
+    --------
+    >>> from rail_fem.bem.plane.outline import block_behind
+    >>> y = np.linspace(-0.04, 0.04, 161)
+    >>> crown, tread = np.column_stack([y, -(y**2) / 0.6]), np.column_stack([y, y**2 / 2.0])
+    >>> rail, wheel = (bem.Body(block_behind(line, end), bem.STEEL) for line, end in ((crown, -0.1), (tread, 0.1)))
+    >>> rolled = lambda x: [tread + [0.0, x**2 / 0.92]]  # of a wheel of 0.46 m
+    >>> slices = bem.Slices(rail, wheel, upper_section=rolled)
+    >>> patch = bem.slice_contact(slices, load=50e3, cells=(8, 12), threads=1, estimate=False)
+    >>> bool(abs(patch.normal_force / 50e3 - 1) < 0.01)
+    True
     """
     check_control(load, approach)
     cells = check_cells(cells)

@@ -28,10 +28,25 @@ _SAMPLES = 4001
 class Slices:
     """Two bodies, and their faces in any slice.
 
-    lower, upper : Body, the sections at x = 0; both need a held edge (or be infinite)
-    lower_section, upper_section : x [m] -> smooth pieces [(n, 2), ...] [m] of the face there; None where the body is a
-        prism
-    direction : (2,) along which the upper body approaches, given at any length, kept as a unit vector
+    Parameters
+    ----------
+    lower, upper : Body
+        The sections at x = 0; both need a held edge (or be infinite).
+    lower_section, upper_section : function, optional
+        x [m] -> smooth pieces [(n, 2), ...] [m] of the face there; None where the body is a prism.
+    direction : (float, float)
+        Along which the upper body approaches, given at any length, kept as a unit vector.
+
+    Examples
+    --------
+    >>> from rail_fem.bem.plane.outline import block_behind
+    >>> y = np.linspace(-0.04, 0.04, 161)
+    >>> crown, tread = np.column_stack([y, -(y**2) / 0.6]), np.column_stack([y, y**2 / 2.0])
+    >>> rail, wheel = (bem.Body(block_behind(line, end), bem.STEEL) for line, end in ((crown, -0.1), (tread, 0.1)))
+    >>> rolled = lambda x: [tread + [0.0, x**2 / 0.92]]  # of a wheel of 0.46 m
+    >>> slices = bem.Slices(rail, wheel, upper_section=rolled)
+    >>> slices.direction
+    (0.0, -1.0)
     """
 
     lower: Body

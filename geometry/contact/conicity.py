@@ -106,10 +106,32 @@ def wavelength(
 def equivalent_conicity(
     curves: ShiftCurves, amplitude: float = 3e-3, radius: float | None = None, base: float = ROLLING_CIRCLES
 ) -> float:
-    """tan(gamma) of EN 15302 at an amplitude [m], by integrating the wave; 0.003 m is the amplitude that approvals
-    quote.
+    """tan(gamma) of EN 15302 at an amplitude, by integrating the wave. Exact for cones, whose rolling radius difference
+    is 2 y tan(gamma).
 
-    Exact for cones, whose rolling radius difference is 2 y tan(gamma).
+    Parameters
+    ----------
+    curves : ShiftCurves
+        Rolling radii over the lateral shift (geometry.contact.conicity.shift_curves).
+    amplitude : float
+        [m]; 3 mm is the one that approvals quote.
+    radius : float, optional
+        Of the wheels [m]; None: that of the curves.
+    base : float
+        Distance of the contact points [m].
+
+    Returns
+    -------
+    float
+        [1]
+
+    Examples
+    --------
+    >>> from rail_fem.geometry.contact.conicity import shift_curves
+    >>> wheel, rail = geometry.wheel_profile("S1002"), geometry.rail_head("60E1", inclination=1 / 40)
+    >>> search = geometry.ContactSearch(geometry.Wheelset(wheel, radius=0.46), geometry.Track(rail))
+    >>> 0.1 < geometry.equivalent_conicity(shift_curves(search, np.linspace(-5e-3, 5e-3, 41))) < 0.3
+    True
     """
     at_rest = float(np.mean(curves.rolling_radius[:, np.argmin(np.abs(curves.shift))])) if radius is None else radius
     length = wavelength(curves.shift, curves.radius_difference, amplitude, at_rest, base)

@@ -33,6 +33,27 @@ class SurfaceSearch(ContactSearch):
     All points are found: on every body, on tread and flange, ahead of and behind the axle. Exact on planes, prisms and
     all that cubics hold: 1e-9 m (tests/geometry/test_surface_contact.py); elsewhere as exact as the surface
     (geometry.surfaces.lofted_rail).
+
+    Parameters
+    ----------
+    wheelset : Wheelset
+        Two wheels on an axle.
+    track : Track
+        Its plain rails, where a side has no surface.
+    left, right : RailSurface, optional
+        Surfaces in the axes of geometry.axes (gauge face at y = -35 mm).
+    resolution : float
+        As of ContactSearch [m].
+    checked : mapping of str to (float, float), optional
+        By side: x from and to [m] where its check rail stands.
+
+    Examples
+    --------
+    >>> wheelset = geometry.Wheelset(geometry.wheel_profile("P8"), radius=0.46, z=0.46)
+    >>> surface = geometry.RailSurface.of_crossing(geometry.CastCrossing(), first=-0.4, last=0.6)
+    >>> search = geometry.SurfaceSearch(wheelset, geometry.Track.plain_line(), left=surface).at(0.1)
+    >>> search.contacts(search.settle(), "left").position.size > 0
+    True
     """
 
     def __init__(

@@ -117,10 +117,25 @@ class Contacts:
 class ContactSearch:
     """Contacts of one wheelset on one track in any position; tables are made once.
 
-    resolution : spacing of the first search along the wheel profile [m]. Points found are exact whatever it is; what it
-        decides is whether two points nearer to each other than this are told apart. Where the wheel's own points lie
-        off a cubic over that spacing these are stations too; a rail that is rough all over halves it, down to half its
-        own points' spacing. A single dent of a rail, shorter than the spacing, is told apart by a finer one only.
+    Parameters
+    ----------
+    wheelset : Wheelset
+        Two wheels on an axle.
+    track : Track
+        Two rails.
+    resolution : float
+        Spacing of the first search along the wheel profile [m]. Points found are exact whatever it is; what it decides
+        is whether two points nearer to each other than this are told apart. Where the wheel's own points lie off a
+        cubic over that spacing these are stations too; a rail that is rough all over halves it, down to half its own
+        points' spacing. A single dent of a rail, shorter than the spacing, is told apart by a finer one only.
+
+    Examples
+    --------
+    >>> wheel, rail = geometry.wheel_profile("P8"), geometry.rail_head("56E1", inclination=1 / 20)
+    >>> search = geometry.ContactSearch(geometry.Wheelset(wheel), geometry.Track(rail))
+    >>> centred = search.settle()
+    >>> bool(abs(search.contacts(centred, "left").gap).max() < 1e-6)  # [m]
+    True
     """
 
     def __init__(self, wheelset: Wheelset, track: Track, resolution: float = RESOLUTION):
@@ -151,14 +166,29 @@ class ContactSearch:
     def settle(self, lateral: float = 0.0, yaw: float = 0.0, held_at: str = "rail", roll: float = 0.0) -> Wheelset:
         """The wheelset in its initial position on both rails: both wheels just touch.
 
-        lateral : of its middle [m], + to the left, held at the level of the wheel's tread ("rail") or of the axle
-            ("axle"): the
-        wheelset rolls about that point. A wheel that climbs on its flange rolls, and its axle then moves by roll times
-        radius. Where the track has check rails the shift ends where a flange back meets one.
-        Shifted far enough, a wheel climbs and stands with its flange on the rail: an answer, of which `derailed`
-        speaks.
-        Raises WheelsetError where a wheel stands over no rail, or the roll is not found, or the flange backs do not
-        fit.
+        Parameters
+        ----------
+        lateral : float
+            Of its middle, + to the left [m]. Where the track has check rails the shift ends where a flange back meets
+            one.
+        yaw : float
+            [rad]
+        held_at : {"rail", "axle"}
+            The level at which `lateral` is meant: the wheel's tread, or the axle. The wheelset rolls about that point;
+            a wheel that climbs on its flange rolls, and its axle then moves by roll times radius.
+        roll : float
+            First guess [rad].
+
+        Returns
+        -------
+        Wheelset
+            Shifted far enough, a wheel climbs and stands with its flange on the rail: an answer, of which `derailed`
+            speaks.
+
+        Raises
+        ------
+        WheelsetError
+            Where a wheel stands over no rail, or the roll is not found, or the flange backs do not fit.
         """
         self.check_position(lateral, yaw, held_at)
         return self.touching(within_stops(self, lateral, yaw, held_at), yaw, held_at, roll)
@@ -195,8 +225,22 @@ class ContactSearch:
         )
 
     def contacts(self, state: Wheelset, side: str, reach: float = 0.0) -> Contacts:
-        """All points of a side ("left" or "right") whose vertical gap is at most `reach` [m] above the least, and all
-        that touch or penetrate."""
+        """Points of a side where the vertical gap is least, and all that touch or penetrate.
+
+        Parameters
+        ----------
+        state : Wheelset
+            Where it is.
+        side : {"left", "right"}
+            Of the track.
+        reach : float
+            Points whose gap is at most this above the least [m].
+
+        Returns
+        -------
+        Contacts
+            Arrays over the points: position, gap, angle and so on.
+        """
         check_side(side)
         pose, of = self.pose(state, side), self.rail_under(state, side)
         ready(of.stations, of.rail, pose)

@@ -7,6 +7,7 @@ that contact ahead of or behind the axle is found as it is. Facing and trailing 
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -58,8 +59,8 @@ class WheelPath:
 
 
 def wheel_path(
-    crossing: AnyCrossing,
     wheel: Profile,
+    crossing: AnyCrossing,
     x: np.ndarray,
     radius: float = 0.425,
     lateral_shift: float = 0.0,
@@ -67,17 +68,51 @@ def wheel_path(
     reach: float = 0.1,
     within: float = np.inf,
 ) -> WheelPath:
-    """Path of the rigid wheel at axle positions x (n,) [m].
+    """Path of the rigid wheel.
 
-    radius : of the wheel at its tread datum [m];  lateral_shift : of the wheelset, + towards the field side [m]
-    resolution : lateral spacing of the first search [m]; the points found are then refined on the exact surface
-    reach : how far ahead of and behind the axle contact is looked for [m]
-    within : how far below the one that carries a body is looked at [m]; further down it is out of reach
+    Parameters
+    ----------
+    wheel : Profile
+        In its own axes, datum at (0, 0).
+    crossing : CastCrossing, RailSurface or another that geometry.surfaces.any_crossing names
+        With its heights.
+    x : (n,) array
+        Axle positions [m].
+    radius : float
+        Of the wheel at its tread datum [m].
+    lateral_shift : float
+        Of the wheelset, + towards the field side [m].
+    resolution : float
+        Lateral spacing of the first search [m]; the points found are then refined on the exact surface.
+    reach : float
+        How far ahead of and behind the axle contact is looked for [m].
+    within : float
+        How far below the one that carries a body is looked at [m]; further down it is out of reach.
 
-    Error: 1e-9 m in height on planes, ramps and crowns with exact answers; the first search alone is second order in
-    its resolution (tests/geometry/test_path.py).
-    Raises CrossingError where x +- reach leaves the modelled crossing, or the wheel stands over neither body.
+    Returns
+    -------
+    WheelPath
+        Height, points on wing and nose, transfers. Error: 1e-9 m in height on planes, ramps and crowns with exact
+        answers; the first search alone is second order in its resolution (tests/geometry/test_path.py).
+
+    Raises
+    ------
+    CrossingError
+        Where x +- reach leaves the modelled crossing, or the wheel stands over neither body.
+
+    Examples
+    --------
+    >>> path = geometry.wheel_path(geometry.wheel_profile("P8"), geometry.CastCrossing(), np.linspace(0.2, 0.5, 31))
+    >>> bool(path.on_nose[0]), bool(path.on_nose[-1])
+    (False, True)
     """
+    if isinstance(crossing, Profile):
+        warnings.warn(
+            "wheel_path takes the wheel before the crossing now; the old order goes with the next release",
+            DeprecationWarning,
+            stacklevel=2,
+        )
+        wheel, crossing = crossing, wheel
     x = np.atleast_1d(np.asarray(x, float))
     check_inputs(crossing, x, radius, resolution, reach)
     datum = tread_datum_y() + lateral_shift

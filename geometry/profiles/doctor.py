@@ -74,19 +74,42 @@ def examine(
     flange_back: float | None = None,
     origin: str | tuple[float, float] = "crown",
 ) -> Diagnosis:
-    """Diagnose and repair; the result's profile lies in geometry.axes: a wheel with its datum at (0, 0), a rail with
-    its crown at z = 0.
+    """Diagnose and repair what was read.
 
-    smooth : take out scatter above 5 um (kinks stay)
-    smoothing : the scatter to take out [m], whatever the points show; None: what they show
-    mirror : of a rail, exchange its sides (True) or keep them (False); None: kept, with a warning where its shape
-        speaks against it
-    flange_back : of a wheel, y of its flange back in the file [m]; None: see geometry.profiles.datum
-    origin : of a rail, what becomes (0, 0): "crown" in height only, "file" its own zero, or (y, z) in the file [m]
+    Parameters
+    ----------
+    raw : RawProfile
+        As `read_raw` gives it.
+    smooth : bool
+        Take out scatter above 5 um (kinks stay).
+    smoothing : float, optional
+        The scatter to take out [m], whatever the points show; None: what they show.
+    mirror : bool, optional
+        Of a rail, exchange its sides (True) or keep them (False); None: kept, with a warning where its shape speaks
+        against it.
+    flange_back : float, optional
+        Of a wheel, y of its flange back in the file [m]; None: see geometry.profiles.datum.
+    origin : str or (float, float)
+        Of a rail, what becomes (0, 0): "crown" in height only, "file" its own zero, or (y, z) in the file [m].
 
-    Raises ProfileError (file, line, reason) for loops, gaps above 25 mm, no possible unit, zig-zag beyond 5 % of
-    points, a wheel whose flange cannot be told or whose flange back nothing says, a line that may be rail or wheel
-    where nobody tells, an option that does not apply.
+    Returns
+    -------
+    Diagnosis
+        Its profile lies in geometry.axes: a wheel with its datum at (0, 0), a rail with its crown at z = 0.
+
+    Raises
+    ------
+    ProfileError
+        File, line and reason: loops, gaps above 25 mm, no possible unit, zig-zag beyond 5 % of points, a wheel whose
+        flange cannot be told or whose flange back nothing says, a line that may be rail or wheel where nobody tells, an
+        option that does not apply.
+
+    Examples
+    --------
+    >>> np.savetxt("own.csv", geometry.wheel_profile("P8").points * 1e3, delimiter=",")  # [mm]
+    >>> found = geometry.examine(geometry.read_raw("own.csv", kind="wheel"))
+    >>> found.profile.is_graph
+    True
     """
     kind = raw.kind or guess_kind(raw)
     refuse_options(raw, kind, smoothing, mirror, flange_back, origin)

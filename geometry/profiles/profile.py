@@ -20,7 +20,16 @@ STEEP = 25.0  # beyond this slope z(y) is interpolated linearly: a cubic in y wo
 
 
 class ProfileError(ValueError):
-    """A profile that cannot be what it is meant to be: says what, where, how large."""
+    """A profile that cannot be what it is meant to be: says what, where, how large.
+
+    Examples
+    --------
+    >>> try:
+    ...     geometry.wheel_profile("P9")
+    ... except geometry.ProfileError as error:
+    ...     print("P8" in str(error))
+    True
+    """
 
 
 @dataclass(frozen=True)
@@ -89,10 +98,23 @@ class Profile:
     """An ordered line in the (y, z) plane; immutable. Two are equal, and one key of a cache, when their lines are the
     same to the last bit.
 
-    points : (n, 2)  y, z [m], all different
-    angle_before, angle_after : (n,)  tangent angle on either side of each point [rad]; they differ at kinks only
-    curvature : (n,)  d angle / d arc length of the piece that leaves the point [1/m], NaN where not known
-    label, provenance : what it is and where its numbers are from
+    Parameters
+    ----------
+    points : (n, 2) array
+        y, z [m], all different.
+    angle_before, angle_after : (n,) array
+        Tangent angle on either side of each point [rad]; they differ at kinks only.
+    curvature : (n,) array
+        d angle / d arc length of the piece that leaves the point [1/m], NaN where not known.
+    label, provenance : str
+        What it is and where its numbers are from.
+
+    Examples
+    --------
+    >>> y = np.linspace(-0.03, 0.03, 61)
+    >>> crown = geometry.Profile.from_points(np.column_stack([y, -(y**2) / 0.6]))
+    >>> crown.is_graph, round(float(crown.height(0.01)) * 1e3, 4)  # [mm]
+    (True, -0.1667)
     """
 
     points: np.ndarray
@@ -122,8 +144,26 @@ class Profile:
     def from_pieces(
         cls, pieces: Sequence[Piece], label: str = "", provenance: str = "", tolerance: float = 2e-6
     ) -> "Profile":
-        """Join pieces end to start. Raises ProfileError where two do not meet within tolerance [m] (2 um: twice the
-        print)."""
+        """Join pieces end to start.
+
+        Parameters
+        ----------
+        pieces : sequence of Piece
+            Arcs, lines and tables.
+        label, provenance : str
+            What it is and where its numbers are from.
+        tolerance : float
+            Within which two ends meet [m]; 2 um is twice the print.
+
+        Returns
+        -------
+        Profile
+
+        Raises
+        ------
+        ProfileError
+            Where two do not meet.
+        """
         first = pieces[0]
         angle = unwrap_to(first.angle, 0.0)
         points, before, after, curvature = (list(v) for v in (first.points, angle, angle, first.curvature))
@@ -146,7 +186,19 @@ class Profile:
 
     @classmethod
     def from_points(cls, points: np.ndarray, label: str = "", provenance: str = "") -> "Profile":
-        """Profile of a plain point list (n, 2) [m], n >= 3: tangents from a natural parametric cubic spline."""
+        """Profile of a plain point list: tangents from a natural parametric cubic spline.
+
+        Parameters
+        ----------
+        points : (n, 2) array
+            y, z [m], n >= 3.
+        label, provenance : str
+            What it is and where its numbers are from.
+
+        Returns
+        -------
+        Profile
+        """
         points = np.asarray(points, float)
         check_points(points, label)
         s = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
@@ -202,13 +254,34 @@ class Profile:
         return Profile(points, before, after, curvature, self.label, self.provenance)
 
     def shifted(self, y: float, z: float) -> "Profile":
-        """The same line moved by (y, z) [m]."""
+        """The same line, moved.
+
+        Parameters
+        ----------
+        y, z : float
+            By how much [m].
+
+        Returns
+        -------
+        Profile
+        """
         return Profile(
             self.points + [y, z], self.angle_before, self.angle_after, self.curvature, self.label, self.provenance
         )
 
     def height(self, y: np.ndarray) -> np.ndarray:
-        """z(y) [m] by cubic Hermite interpolation, NaN outside the profile. Error: O(spacing^4) on smooth pieces."""
+        """Height by cubic Hermite interpolation. Error: O(spacing^4) on smooth pieces.
+
+        Parameters
+        ----------
+        y : array
+            [m]
+
+        Returns
+        -------
+        array
+            z(y) [m], NaN outside the profile.
+        """
         return self._evaluate(y)[0]
 
     def slope(self, y: np.ndarray) -> np.ndarray:

@@ -50,12 +50,32 @@ ALSO_CALLED = {"BS113A": "56E1", "UIC60": "60E1"}  # older names of the same hea
 def rail_head(name: str, inclination: float = 0.0, spacing: float = SPACING) -> Profile:
     """Running part of a rail head, from the bottom of its gauge side face over the crown to the field side face.
 
-    name : "56E1" (BS113A), "60E1" (UIC60) or "60E2"
-    inclination : lean towards the track, as a slope: 0 upright, 1/20 or 1/40 [1]
-    spacing : of the samples on arcs [m]
-
     The highest point has z = 0; the gauge face keeps, 14 mm below it, the y of the upright rail.
     Source: EN 13674-1:2017, numbers as in the public transcription of the standard.
+
+    Parameters
+    ----------
+    name : str
+        "56E1" (BS113A), "60E1" (UIC60) or "60E2".
+    inclination : float
+        Lean towards the track, as a slope: 0 upright, 1/20 or 1/40 [1].
+    spacing : float
+        Of the samples on arcs [m].
+
+    Returns
+    -------
+    Profile
+
+    Raises
+    ------
+    ProfileError
+        For an unknown name.
+
+    Examples
+    --------
+    >>> rail = geometry.rail_head("60E1", inclination=1 / 40)
+    >>> bool(abs(rail.points[:, 1].max()) < 1e-9)  # crown at z = 0 [m]
+    True
     """
     name = ALSO_CALLED.get(name, name)
     if name not in HEADS:

@@ -34,12 +34,29 @@ S1002_ROOT = (
 def wheel_profile(name: str, outer_slope: float = 0.067) -> Profile:
     """The wheel profile of this name, from flange back to field side.
 
-    name : "P8" (or "EPS"), "P8-worn", "P8-hollow", "P1" or "S1002"; all but P8 and S1002 are surrogates and say so in
-        their label
-    outer_slope : slope of the far tread of the P8 family beyond y = 29 mm, 0.05 to 0.15 [1]
-
-    Raises ProfileError for an unknown name or a slope out of range.
     Source: EN 13715:2020 annexes A, B and D, numbers as in the public transcription of the standard.
+
+    Parameters
+    ----------
+    name : str
+        "P8" (or "EPS"), "P8-worn", "P8-hollow", "P1" or "S1002"; all but P8 and S1002 are surrogates and say so in
+        their label.
+    outer_slope : float
+        Slope of the far tread of the P8 family beyond y = 29 mm, 0.05 to 0.15 [1].
+
+    Returns
+    -------
+    Profile
+
+    Raises
+    ------
+    ProfileError
+        For an unknown name or a slope out of range.
+
+    Examples
+    --------
+    >>> geometry.wheel_profile("P8").label
+    'P8 (EN 13715 EPS h30 e28.5, far tread 6.7 %)'
     """
     name = "P8" if name == "EPS" else name
     if name not in WHEEL_NAMES:

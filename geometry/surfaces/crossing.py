@@ -54,28 +54,49 @@ DENSE = 300  # points by which a segment's length is measured
 
 @dataclass(frozen=True)
 class CastCrossing(TwoBodies):
-    """UK cast crossing of ratio 1:N after the design rules of the 56E1-R245-1:9.25 benchmark crossing, lengths in m.
+    """UK cast crossing of ratio 1:N after the design rules of the 56E1-R245-1:9.25 benchmark crossing.
 
     Features made by the taper stretch along x with the ratio; cross-sections and the machined leg end do not.
 
-    ratio : N, unit crossing angle by centre line measure, angle = 2 atan(1 / 2N)
-    flangeway : between wing and nose, 14 mm down
-    cast_slope : of the top of leg and wing, rising to the field side about the running line (the benchmark's: 1:20)
-    topping_slope, topping_depth : of the topped nose where it begins (slope at ratio 9.25; it falls with the stretch)
-    transition_length : of the machined change from the 56E1 rail to the cast section; its end stays where it is
-    transition_smoothness : 0 straight between both, 1 cubic with level ends (the benchmark), 2 quintic
-    leg_lowering, leg_fade : depth by which the running surface is cut down at the end of that change, and the length
-        over which it regains its height
-    wing_raise : height that the wing gains from the knuckle to the theoretical intersection, and keeps
-    wing_flare, flare_start : further opening of the flangeway [rad] behind a position x
-    nose_lowering : of the whole topping line;  nose_widening : of the nose, half on each side
-    gauge_widening : the nose's through-route face stands back from the gauge line by so much
+    Parameters
+    ----------
+    ratio : float
+        N, unit crossing angle by centre line measure, angle = 2 atan(1 / 2N).
+    flangeway : float
+        Between wing and nose, 14 mm down [m].
+    cast_slope : float
+        Of the top of leg and wing, rising to the field side about the running line (the benchmark's: 1:20) [1].
+    topping_slope, topping_depth : float
+        Of the topped nose where it begins (slope [1] at ratio 9.25; it falls with the stretch; depth [m]).
+    transition_length : float
+        Of the machined change from the 56E1 rail to the cast section; its end stays where it is [m].
+    transition_smoothness : float
+        0 straight between both, 1 cubic with level ends (the benchmark), 2 quintic.
+    leg_lowering, leg_fade : float
+        Depth by which the running surface is cut down at the end of that change, and the length over which it regains
+        its height [m].
+    wing_raise : float
+        Height that the wing gains from the knuckle to the theoretical intersection, and keeps [m].
+    wing_flare, flare_start : float
+        Further opening of the flangeway [rad] behind a position x [m].
+    nose_lowering, nose_widening : float
+        Of the whole topping line; of the nose, half on each side [m].
+    gauge_widening : float
+        The nose's through-route face stands back from the gauge line by so much [m].
 
-    wing: plain rail, leg, knuckle and wing rail in one body; nose: begins at nose_x with a blunt ramp.
+    Notes
+    -----
+    Wing: plain rail, leg, knuckle and wing rail in one body; nose: begins at nose_x with a blunt ramp.
     Not modelled: floor fillets, rail foot and web (the bodies go straight down to the floor), the heel ends.
     Error: see tests/geometry/test_crossing_benchmark.py (deviation from the benchmark's sections).
     Source: design rules fitted to the sections of the S&C benchmark (Bezin, Palsson et al., Vehicle Syst. Dyn. 61,
     2023).
+
+    Examples
+    --------
+    >>> crossing = geometry.CastCrossing(ratio=9.25)
+    >>> crossing.wing_section(0.2).shape[1]  # y, z [m]
+    2
     """
 
     ratio: float = 10.75

@@ -152,7 +152,19 @@ class LoftedBody:
 @dataclass(frozen=True, eq=False)
 class RailSurface:
     """The bodies of one rail (wing and nose, switch rail and stock rail); where they overlap in plan the higher one is
-    the surface."""
+    the surface.
+
+    Parameters
+    ----------
+    bodies : tuple of LoftedBody
+        Each through its sections; `of_crossing` and `of_sections` make them.
+
+    Examples
+    --------
+    >>> surface = geometry.RailSurface.of_crossing(geometry.CastCrossing(), first=-0.2, last=0.6)
+    >>> [round(float(x), 3) for x in surface.x_range]  # [m]
+    [-0.2, 0.6]
+    """
 
     bodies: tuple[LoftedBody, ...]
 
@@ -165,9 +177,23 @@ class RailSurface:
         spacing: float = SPACING,
         refined: int = REFINED,
     ) -> "RailSurface":
-        """Wing and nose of a parametric crossing from x = first to last [m], through sections `spacing` apart.
+        """Wing and nose of a parametric crossing.
 
-        Error against the crossing's own surface: tests/geometry/test_surface_contact.py.
+        Parameters
+        ----------
+        crossing : CastCrossing
+            Its sections are cut.
+        first, last : float
+            Ends along x [m]; last None: the crossing's own.
+        spacing : float
+            Of the sections [m].
+        refined : int
+            Sections in place of one where bodies begin.
+
+        Returns
+        -------
+        RailSurface
+            Error against the crossing's own surface: tests/geometry/test_surface_contact.py.
         """
         last = crossing.x_range[1] if last is None else last
         cut = lambda a: np.linspace(a, last, max(int(np.ceil((last - a) / spacing)), 3) + 1)
@@ -228,7 +254,18 @@ class RailSurface:
         return np.concatenate([b.wavy() for b in self.bodies])
 
     def height(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Height of the surface [m] at x, y (broadcast); NaN where there is none."""
+        """Height of the surface.
+
+        Parameters
+        ----------
+        x, y : array
+            [m], broadcast.
+
+        Returns
+        -------
+        array
+            z [m]; NaN where there is none.
+        """
         xs, nodes, bodies = self.tables()
         x, y = (np.asarray(v, float) for v in np.broadcast_arrays(x, y))
         height = np.full(x.shape, np.nan)

@@ -27,12 +27,32 @@ SPACING = 0.1 * MM
 
 @dataclass(frozen=True)
 class Switch:
-    """Lengths in m.
+    """A parametric switch rail beside its stock rail.
 
-    rail : head of the stock rail;  radius : of the turnout's curve;  entry : angle at the toe [rad]
-    heights : ((width, height of the top), ...)  growing widths; beyond the last the top keeps its height
-    corner : radius of the switch rail's gauge corner where it is wide;  face : lean of its gauge face, dy/dz
-    spacing : of the sections from which the switch rail is lofted
+    Parameters
+    ----------
+    rail : str
+        Head of the stock rail.
+    radius : float
+        Of the turnout's curve [m].
+    entry : float
+        Angle at the toe [rad].
+    heights : tuple of (width, height)
+        Of the top over growing widths [m]; beyond the last it keeps its height.
+    corner : float
+        Radius of the switch rail's gauge corner where it is wide [m].
+    face : float
+        Lean of its gauge face, dy/dz [1].
+    length : float
+        From the toe [m].
+    spacing : float
+        Of the sections from which the switch rail is lofted [m].
+
+    Examples
+    --------
+    >>> switch = geometry.Switch()
+    >>> switch.width(2.0) < switch.width(3.0), switch.top(1.0) < 0.0  # [m]
+    (True, True)
     """
 
     rail: str = "56E1"

@@ -32,7 +32,23 @@ Settings = TypeVar("Settings", bound=Frozen)
 
 
 class CaseError(ValueError):
-    """A case file that cannot be run; `errors` holds one line for each."""
+    """A case file that cannot be run.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    errors : list of str
+        All of its input errors, a line each: key, what stands there, what to write.
+
+    Examples
+    --------
+    >>> try:
+    ...     rail_fem.load_case(rail_fem.example("nose_transfer"), {"scene.speed": "900 mph"})
+    ... except rail_fem.CaseError as error:
+    ...     print(len(error.errors), "scene.speed" in error.errors[0])
+    1 True
+    """
 
     def __init__(self, path: Path, errors: list[str]):
         self.path, self.errors = path, errors
@@ -46,8 +62,28 @@ class CaseError(ValueError):
 class Case:
     """A scene and, by the name of the model, its numerics.
 
-    changes : what was read in place of the file's values, by key;  name : of its folder in a sweep
-    damage : of a damage study, where the file has one
+    Parameters
+    ----------
+    path : Path
+        The case file.
+    title : str
+        As the file says.
+    scene : Scene
+        What is there: physics alone.
+    runs : mapping of str to settings
+        Numerics of each model that the file names, by the model's name.
+    changes : mapping of str to value
+        What was read in place of the file's values, by key.
+    name : str
+        Of its folder in a sweep.
+    damage : DamageSettings or None
+        Of a damage study, where the file has one.
+
+    Examples
+    --------
+    >>> case = rail_fem.load_case(rail_fem.example("nose_transfer"))
+    >>> "fe_full" in case.runs, case.scene.direction
+    (True, 'facing')
     """
 
     path: Path
@@ -59,15 +95,41 @@ class Case:
     damage: DamageSettings | None = None
 
     def settings(self, kind: type[Settings]) -> Settings:
-        """Numerics of the model that takes this kind. Errors: KeyError where the case does not run it."""
+        """Numerics of the model that takes this kind.
+
+        Parameters
+        ----------
+        kind : type
+            The model's class of settings, as `rail_fem.MODELS[name].settings`.
+
+        Raises
+        ------
+        KeyError
+            Where the case does not run that model.
+        """
         for run in self.runs.values():
             if type(run) is kind:
                 return run
         raise KeyError(f"{self.path}: runs no model by {kind.__name__}")
 
     def by(self, model: str) -> Case:
-        """The same case, which runs this model: where the file does not name it by the model's defaults, over the path
-        of the file's most expensive model. Errors: CaseError where these do not fit the scene."""
+        """The same case, which runs this model.
+
+        Parameters
+        ----------
+        model : str
+            A name of `rail_fem.MODELS`. Where the file does not name it, it runs by its defaults, over the path of the
+            file's most expensive model.
+
+        Returns
+        -------
+        Case
+
+        Raises
+        ------
+        CaseError
+            Where these do not fit the scene.
+        """
         if model in self.runs:
             return self
         kind, path = MODELS[model].settings, {}
@@ -82,10 +144,31 @@ class Case:
 
 
 def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: str = "") -> Case:
-    """Read and check a case file. Nothing is meshed or written. Errors: CaseError with all input errors.
+    """Read and check a case file. Nothing is meshed or written.
 
-    changes : values in place of the file's, by keys such as "scene.speed" or "run.lumped.start"
-    name : of the case in a sweep; none: the file's
+    Parameters
+    ----------
+    path : Path or str
+        The file; `rail_fem.example` names those that come along.
+    changes : mapping of str to value, optional
+        Values in place of the file's, by keys such as "scene.speed" or "run.lumped.start", written as in the file.
+    name : str, optional
+        Of the case in a sweep; none: the file's.
+
+    Returns
+    -------
+    Case
+
+    Raises
+    ------
+    CaseError
+        With all input errors of the file.
+
+    Examples
+    --------
+    >>> case = rail_fem.load_case(rail_fem.example("nose_transfer"), {"scene.speed": "100 mph"})
+    >>> round(case.scene.speed, 3)  # [m/s]
+    44.704
     """
     path = Path(path)
     table = _read_table(path)

@@ -15,8 +15,27 @@ def examples() -> dict[str, Path]:
 
 
 def example(name: str) -> Path:
-    """The file of an example, e.g. "nose_transfer" or "damage/crossing_mix". Errors: KeyError that names what there
-    is."""
+    """The case file of an example.
+
+    Parameters
+    ----------
+    name : str
+        E.g. "nose_transfer" or "damage/crossing_mix"; `rail-fem list` has all.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    KeyError
+        For another name, with what there is.
+
+    Examples
+    --------
+    >>> rail_fem.example("nose_transfer").name
+    'nose_transfer.toml'
+    """
     found = examples()
     if name not in found:
         there = ", ".join(found) or "none: is the installation whole?"

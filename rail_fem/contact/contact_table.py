@@ -158,7 +158,7 @@ def _path(
     """Rigid path and the time that it took [s]."""
     started = working_time()
     x = np.linspace(low, high, max(2, int(np.ceil((high - low) / spacing - 1e-9))) + 1)
-    path = wheel_path(crossing, wheel, x, radius, datum - tread_datum_y(), within=within)
+    path = wheel_path(wheel, crossing, x, radius, datum - tread_datum_y(), within=within)
     return path, working_time() - started
 
 

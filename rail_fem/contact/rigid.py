@@ -28,7 +28,7 @@ Settings = TypeVar("Settings", bound=Frozen)
 def rigid_path(scene: Scene, x: np.ndarray) -> WheelPath:
     """Path of the scene's wheel at axle positions x (n,) [m]. Errors: CrossingError where the crossing ends."""
     shift = scene.wheel_datum_y - tread_datum_y()
-    return wheel_path(scene.crossing.surface, scene.wheel.shape, x, scene.wheel.radius, shift)
+    return wheel_path(scene.wheel.shape, scene.crossing.surface, x, scene.wheel.radius, shift)
 
 
 def anchored_path(scene: Scene, low: float, high: float) -> WheelPath:

@@ -14,11 +14,34 @@ def export_dolfinx(
 ) -> DolfinxFields:
     """Mesh, tags and fields of a run as dolfinx knows them, on the ranks of an MPI communicator. Collective.
 
-    folder : of a run of an explicit model;  comm : None for MPI.COMM_WORLD
-    frame : number of a field frame, from 0; None for the last fields
-    deformed : nodes where the displacement has brought them; else where they were. Cauchy's stress belongs to the
-        deformed body: integrals over the other are wrong by the order of the strain.
-    Errors: rail_fem.result.fields.FieldsError on every rank; ImportError where dolfinx is not installed.
+    Parameters
+    ----------
+    folder : Path or str
+        Of a run of an explicit model.
+    comm : mpi4py.MPI.Comm, optional
+        None for MPI.COMM_WORLD.
+    frame : int or None
+        Number of a field frame, from 0; None for the last fields.
+    deformed : bool
+        Nodes where the displacement has brought them; else where they were. Cauchy's stress belongs to the deformed
+        body: integrals over the other are wrong by the order of the strain.
+
+    Returns
+    -------
+    DolfinxFields
+        Mesh, cell and facet tags, Functions.
+
+    Raises
+    ------
+    rail_fem.result.fields.FieldsError
+        On every rank.
+    ImportError
+        Where dolfinx is not installed.
+
+    Examples
+    --------
+    >>> fields = rail_fem.export_dolfinx("runs/nose_transfer")  # doctest: +SKIP
+    >>> fields.functions["plastic_strain"].x.array.max()  # doctest: +SKIP
     """
     from mpi4py import MPI
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import logging
 import math
 import os
 import sys
@@ -13,8 +14,10 @@ from typing import Any, TextIO
 
 from rail_fem.files import lock
 from rail_fem.files.atomic import write_text_atomically
+from rail_fem.processes import launcher
 from rail_fem.processes.stopping import last_words
 
+LOG = logging.getLogger(__name__)
 STATUS_FILE = "status.json"
 GO_ON = "stopped, go on with --restart"
 BEFORE_STEPS = 8.0  # between lines of a log while no step is taken; with what a look takes, below ten [s]
@@ -162,7 +165,10 @@ class Progress:
         self._cut_off = why
 
     def note(self, text: str) -> None:
-        """One line of plain news ("mesh: 180 000 cells") of what comes before the next steps; root only."""
+        """One line of plain news ("mesh: 180 000 cells") of what comes before the next steps; root only. It is logged
+        where nothing is shown, too."""
+        if launcher.rank() == 0:
+            LOG.info(text)
         if not self.active:
             return
         text = f"{self._part}: {text}" if self._part else text

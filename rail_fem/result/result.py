@@ -22,6 +22,7 @@ from rail_fem.files.strict_json import NAN, dumps, nan_for_none
 from rail_fem.result.history import COLUMNS, complete_history, shown_table
 from rail_fem.result.trust import trust_text
 from rail_fem.result.versions import import_pandas, import_pyvista, import_xarray, versions
+from rail_fem.result.warning_records import WarningRecord, record
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import SI_OF, engineering
 
@@ -33,8 +34,26 @@ RESULT_VERSION = 3  # 2: the same without a seal
 
 @dataclass(frozen=True)
 class Peak:
-    """A largest value and where it is: value in `unit` (SI), position in m, time in s; size of its element [m] where
-    the value grows as that shrinks."""
+    """A largest value and where it is.
+
+    Parameters
+    ----------
+    value : float
+        In `unit`.
+    unit : str
+        Of SI.
+    x, y, z : float
+        Where [m]; NaN where not known.
+    time : float
+        When [s].
+    size : float
+        Of its element [m], where the value grows as that shrinks.
+
+    Examples
+    --------
+    >>> rail_fem.Peak(195e3, "N", x=0.357).value
+    195000.0
+    """
 
     value: float
     unit: str
@@ -104,34 +123,69 @@ class Cost:
 
 @dataclass(frozen=True, repr=False, eq=False)  # one result is itself alone: its arrays have no one truth value
 class PassResult:
-    """One pass by one model.
+    """One pass by one model. What a model does not resolve is NaN, or left out.
 
-    model          : name of the model
-    scene          : the scene that was solved
-    settings       : the model's numerics as plain values [SI]
-    history        : name -> (n,) [SI], the columns of rail_fem.result.history.COLUMNS; columns left out become NaN
-    peaks          : name -> Peak: "impact_on_wheel", "first_impact_on_nose" or "_wing", "largest_force",
-        "largest_force_leg", "_wing", "_nose" (rail_fem.result.events), "plastic_strain_wing", ...
-    patches        : contact patches at chosen moments
-    bearers        : what each bearer near the window has carried; () on a rigid mass
-    transfer_x     : x [m] where the body that the wheel comes to takes over half of the force for good
-        (rail_fem.result.events); NaN if it never does
-    energies       : final energies [J] and their balance error
-    error_estimate : quantity -> relative error that the run claims; NaN where it makes no claim
-    error_bars     : name of rail_fem.result.quantities.REPORTED -> half width of the interval in which the run claims
-        that its limit for vanishing elements lies [SI]; a name that is not there is not claimed
-    form           : simplification of the model in words -> reported quantity -> what it moves by where the next better
-        one takes its place [SI] (rail_fem.run.form)
-    metal          : body -> what the pass leaves in it, plain values of rail_fem.result.plastic_zone.PlasticZone [SI]
-    passes         : of a pass that was repeated on the steel of the one before: what each reported, values of
-        rail_fem.result.quantities.REPORTED [SI], the last as this result; () for a single pass
-    trust          : row -> what the trust report found (plain values)
-    warnings       : what is doubtful;  notes : what was repaired in the files that were read,
-        and where its error bars come from where that is no twin
-    fault          : why the run failed; empty when it did not
-    title          : of the case that was run; empty where none was
-    cut_off        : what ended the run before the end of its path, as its settings ask; empty when it went to the end
-    folder         : that `load` has read it from, None otherwise; no entry of it, its fields lie there
+    Attributes
+    ----------
+    model : str
+        Name of the model.
+    scene : Scene
+        The scene that was solved.
+    settings : mapping
+        The model's numerics as plain values [SI].
+    history : mapping of str to (n,) array
+        The columns of rail_fem.result.history.COLUMNS [SI]; columns left out become NaN.
+    peaks : mapping of str to Peak
+        "impact_on_wheel", "first_impact_on_nose" or "_wing", "largest_force", "largest_force_leg", "_wing", "_nose"
+        (rail_fem.result.events), "plastic_strain_wing", ...
+    patches : tuple of PatchSummary
+        Contact patches at chosen moments.
+    bearers : tuple of BearerSummary
+        What each bearer near the window has carried; () on a rigid mass.
+    transfer_x : float
+        x [m] where the body that the wheel comes to takes over half of the force for good; NaN if it never does.
+    energies : mapping of str to float
+        Final energies [J] and their balance error.
+    cost : Cost
+        What the run has cost.
+    error_estimate : mapping of str to float
+        Relative error of a quantity that the run claims; NaN where it makes no claim.
+    error_bars : mapping of str to float
+        By names of rail_fem.result.quantities.REPORTED: half width of the interval in which the run claims that its
+        limit for vanishing elements lies [SI]; a name that is not there is not claimed.
+    form : mapping of str to mapping
+        By simplification of the model, in words, and reported quantity: what it moves by where the next better one
+        takes its place [SI] (rail_fem.run.form).
+    metal : mapping of str to mapping
+        By body: what the pass leaves in it, plain values of rail_fem.result.plastic_zone.PlasticZone [SI].
+    passes : tuple of mapping
+        Of a pass that was repeated on the steel of the one before: what each reported [SI], the last as this result; ()
+        for a single pass.
+    trust : mapping
+        By row: what the trust report found (plain values).
+    warnings : tuple of str
+        What is doubtful; `warning_records` has kind and place of each.
+    notes : tuple of str
+        What was repaired in the files that were read, and where its error bars come from where that is no twin.
+    versions : mapping of str to str
+        Of this program and of what it stands on.
+    fault : str
+        Why the run failed; empty when it did not.
+    cut_off : str
+        What ended the run before the end of its path, as its settings ask; empty when it went to the end.
+    title : str
+        Of the case that was run; empty where none was.
+    folder : Path or None
+        That `load_result` has read it from; no entry of it, its fields lie there.
+
+    Examples
+    --------
+    >>> scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
+    >>> result = rail_fem.solve("lumped", scene, {"start": "300 mm", "end": "400 mm"})
+    >>> result.peaks["largest_force"].value > scene.static_wheel_load  # [N]
+    True
+    >>> result.history["force"].shape == result.history["x"].shape
+    True
     """
 
     folder: ClassVar[Path | None] = None
@@ -163,13 +217,29 @@ class PassResult:
         object.__setattr__(self, "history", complete_history(self.history))
 
     @property
+    def warning_records(self) -> tuple[WarningRecord, ...]:
+        """The warnings with the kind and the place of each; of results of older releases, too."""
+        return tuple(map(record, self.warnings))
+
+    @property
     def calibrated(self) -> bool:
         """Whether error bars are those of other scenes of its class (rail_fem.result.error_bars.calibrated_bars)."""
         return self.settings.get("error_twin") == "calibrated"
 
     def form_bar(self, name: str) -> float:
-        """Half width [SI] of what a reported quantity may be off by for its model's form: the root of the sum of the
-        squares of what each simplification moves it by; NaN where nothing is claimed."""
+        """Half width of what a reported quantity may be off by for its model's form.
+
+        Parameters
+        ----------
+        name : str
+            Of rail_fem.result.quantities.REPORTED.
+
+        Returns
+        -------
+        float
+            The root of the sum of the squares of what each simplification moves it by [SI]; NaN where nothing is
+            claimed.
+        """
         moved = [row[name] for row in self.form.values() if name in row]
         return math.hypot(*moved) if moved else NAN
 
@@ -205,10 +275,21 @@ class PassResult:
         ]
 
     def to_dataframe(self, si: bool = False):
-        """The history as a pandas.DataFrame: columns with their units in their names as in history.csv, or bare names
-        in SI.
+        """The history as a pandas.DataFrame.
 
-        Errors: ModuleNotFoundError where pandas is not installed.
+        Parameters
+        ----------
+        si : bool
+            Bare names in SI; else units in their names, as in history.csv.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        ModuleNotFoundError
+            Where pandas is not installed.
         """
         pandas = import_pandas()
 
@@ -221,7 +302,14 @@ class PassResult:
         """The history over time as an xarray.Dataset in SI, x a second coordinate; peaks as numbers of their own with
         place, time and bars in their attributes. All have units and long_name.
 
-        Errors: ModuleNotFoundError where xarray is not installed.
+        Returns
+        -------
+        xarray.Dataset
+
+        Raises
+        ------
+        ModuleNotFoundError
+            Where xarray is not installed.
         """
         xarray = import_xarray()
         columns = {
@@ -255,9 +343,23 @@ class PassResult:
 
     def mesh(self, frame: int | None = None):
         """The same as a pyvista.UnstructuredGrid in SI, as ParaView shows it: arrays `plastic_strain`, `von_mises`,
-        `stress` (VTK's order), `region`, `displacement`. frame : number of a frame of the run; None: its end
+        `stress` (VTK's order), `region`, `displacement`.
 
-        Errors: as `fields`; ModuleNotFoundError where pyvista is not installed.
+        Parameters
+        ----------
+        frame : int or None
+            Number of a frame of the run; None: its end.
+
+        Returns
+        -------
+        pyvista.UnstructuredGrid
+
+        Raises
+        ------
+        FieldsError
+            As `fields`.
+        ModuleNotFoundError
+            Where pyvista is not installed.
         """
         return import_pyvista().read(self._field_file(frame))
 
@@ -270,9 +372,17 @@ class PassResult:
 
     def save(self, folder: Path | str) -> None:
         """Write history.csv (units in its header), history.npz (SI), trust.txt, result.json and the profile of a
-        measured wheel; each appears whole or not at all.
+        measured wheel; each appears whole or not at all. Root only under MPI.
 
-        Root only under MPI. Errors: OSError (read-only folder, full disk).
+        Parameters
+        ----------
+        folder : Path or str
+            Made where it is not there.
+
+        Raises
+        ------
+        OSError
+            Read-only folder, full disk.
         """
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
@@ -322,8 +432,31 @@ class ResultError(ValueError):
 
 
 def load(folder: Path | str) -> PassResult:
-    """Read back what `PassResult.save` wrote. Errors: FileNotFoundError, ValueError for a damaged file or another
-    version of it."""
+    """Read back what `PassResult.save` wrote.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Of a finished run (--out).
+
+    Returns
+    -------
+    PassResult
+
+    Raises
+    ------
+    FileNotFoundError
+        Where there is no result.
+    ValueError
+        For a damaged or changed file, and for one of a version that this program does not read.
+
+    Examples
+    --------
+    >>> scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
+    >>> rail_fem.solve("p2_formula", scene).save("p2")
+    >>> rail_fem.load_result("p2").model
+    'p2_formula'
+    """
     folder = Path(folder)
     if not (folder / "result.json").is_file():
         raise FileNotFoundError(f"{folder}: no result.json there; is it the folder of a finished run (--out)?")

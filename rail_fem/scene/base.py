@@ -39,14 +39,32 @@ class Frozen(BaseModel):
         except ValidationError as error:
             raise InputError(faults_of(error, cls, "")) from None
 
+    @classmethod
+    def as_written(cls, values: Mapping[str, Any]) -> Self:
+        """As `checked`, which takes a number as SI; here one without its unit is a fault, as in a case file."""
+        if bare := _bare_numbers(cls, values, f"{cls.__name__}.checked takes SI"):
+            raise InputError(bare)
+        return cls.checked(values)
+
     def replace(self, **changes: Any) -> Self:
-        """The same section with other values, each checked as a case file's: text with its unit; a dict changes a part.
+        """The same section with other values, each checked as a case file's.
 
-            scene.replace(speed="100 mph", foundation={"stiffness": "160 kN/mm"})
+        Parameters
+        ----------
+        **changes
+            Text with its unit, by key; a dict changes a part:
+            `scene.replace(speed="100 mph", foundation={"stiffness": "160 kN/mm"})`.
 
-        Errors: InputError (a ValueError) that names every key at fault, also a bare number where a unit belongs.
+        Returns
+        -------
+        The same class.
+
+        Raises
+        ------
+        ValueError
+            (InputError) that names every key at fault, also a bare number where a unit belongs.
         """
-        if bare := _bare_numbers(type(self), changes):
+        if bare := _bare_numbers(type(self), changes, "replace_si takes SI"):
             raise InputError(bare)
         return self.replace_si(**changes)
 
@@ -73,8 +91,9 @@ def _replaced_part(name: str, part: Frozen, change: Mapping[str, Any]) -> Frozen
         raise InputError([(f"{name}.{key}" if key else name, remedy) for key, remedy in error.faults]) from None
 
 
-def _bare_numbers(section: type[BaseModel], changes: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Key and remedy of each number, also in a list, that has no unit though its key has one."""
+def _bare_numbers(section: type[BaseModel], changes: Mapping[str, Any], otherwise: str) -> list[tuple[str, str]]:
+    """Key and remedy of each number, also in a list, that has no unit though its key has one; otherwise : what takes
+    it."""
     found = []
     for name, value in changes.items():
         field = section.model_fields.get(name)
@@ -82,11 +101,12 @@ def _bare_numbers(section: type[BaseModel], changes: Mapping[str, Any]) -> list[
             continue
         quantity, table = quantity_of(field), table_of(field.annotation)
         if isinstance(value, Mapping):
-            found += [(f"{name}.{key}", remedy) for key, remedy in (_bare_numbers(table, value) if table else ())]
+            inner = _bare_numbers(table, value, otherwise) if table else []
+            found += [(f"{name}.{key}", remedy) for key, remedy in inner]
         elif quantity is not None:
             entries = value if isinstance(value, (list, tuple)) else [value]
             remedies = (quantity.without_unit(entry) for entry in entries)
-            found += [(name, f"{remedy}, or replace_si takes SI") for remedy in remedies if remedy]
+            found += [(name, f"{remedy}, or {otherwise}") for remedy in remedies if remedy]
     return found
 
 

@@ -325,7 +325,48 @@ class Materials(Frozen):
 
 
 class Scene(Frozen):
-    """Everything that is there when the wheel passes."""
+    """Everything that is there when the wheel passes; frozen. Read from a case file (`load_case`), changed by
+    `replace`.
+
+    Parameters
+    ----------
+    crossing : Crossing
+        Shape: a family with its numbers, or a file.
+    wheel : Wheel
+        Profile and radius.
+    vehicle : Vehicle
+        Masses and springs above the wheel.
+    foundation : Foundation
+        Mass, stiffness and damping beneath the crossing.
+    bearers : Bearers or None
+        Track on bearers in place of one mass.
+    wheel_body : WheelBody or None
+        A wheel that vibrates.
+    diverging : Diverging or None
+        The diverging route.
+    materials : Materials
+        Steels of wing, nose and wheel.
+    speed : float
+        Running speed [m/s].
+    direction : {"facing", "trailing"}
+        Of travel.
+    friction : float
+        Between wheel and crossing [1].
+    gauge, back_to_back : float
+        Of the track; between the wheels' flange backs [m].
+
+    Examples
+    --------
+    >>> scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
+    >>> faster = scene.replace(speed="100 mph", foundation={"stiffness": "160 kN/mm"})
+    >>> faster.foundation.stiffness  # [N/m]
+    160000000.0
+    >>> try:
+    ...     scene.replace(speed=100)  # mph or m/s?
+    ... except ValueError as error:
+    ...     print("has no unit" in str(error))
+    True
+    """
 
     crossing: Crossing = Field(Crossing(), description="the crossing")
     wheel: Wheel = Field(description="the wheel")
@@ -406,8 +447,18 @@ class Scene(Frozen):
         return plain
 
     def keep_files(self, folder: Path | str) -> None:
-        """Write what was read from files into a run's folder, so that the run can be gone on with and repeated. Errors:
-        OSError."""
+        """Write what was read from files into a run's folder, so that the run can be gone on with and repeated.
+
+        Parameters
+        ----------
+        folder : Path or str
+            Of the run.
+
+        Raises
+        ------
+        OSError
+            Read-only folder, full disk.
+        """
         if self.wheel.measured is not None:
             self.wheel.measured.keep(folder)
         if self.crossing.read is not None:
@@ -434,12 +485,34 @@ class Scene(Frozen):
         return self.direction_sign * self.speed
 
     def in_order_of_travel(self, one: float, other: float) -> tuple[float, float]:
-        """Two x [m], the first that the wheel passes first."""
+        """Two positions, the one that the wheel passes first before the other.
+
+        Parameters
+        ----------
+        one, other : float
+            x [m].
+
+        Returns
+        -------
+        tuple of float
+            x [m].
+        """
         low, high = sorted((one, other))
         return (low, high) if self.direction_sign > 0 else (high, low)
 
     def travel_time(self, start: float, end: float) -> float:
-        """Time [s] in which the wheel runs from one x to the other [m]."""
+        """Time in which the wheel runs from one position to the other.
+
+        Parameters
+        ----------
+        start, end : float
+            x [m].
+
+        Returns
+        -------
+        float
+            [s]
+        """
         return abs(end - start) / self.speed
 
     @property

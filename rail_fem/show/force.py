@@ -28,8 +28,29 @@ WORDS = 0.105, 0.045  # width and height of a value with its bar, of the axes
 
 
 def force_figure(result: PassResult, title: str = "", ax: Any = None) -> Any:
-    """Force above; wheel with the rigid wheel path, and crossing, beneath; titled by the model if by nothing else. A
-    matplotlib Figure. ax : one's own axes, on which the forces alone are drawn, and which are returned"""
+    """Force above; wheel with the rigid wheel's path, and crossing, beneath.
+
+    Parameters
+    ----------
+    result : PassResult
+        With its history.
+    title : str, optional
+        None: the model.
+    ax : matplotlib Axes, optional
+        One's own, on which the forces alone are drawn.
+
+    Returns
+    -------
+    matplotlib Figure, or `ax`
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
+    >>> result = rail_fem.solve("lumped", scene, {"start": "300 mm", "end": "400 mm"})
+    >>> rail_fem.plot_force(result, ax=Figure().subplots()).get_ylabel()
+    'vertical force [kN]'
+    """
     name = title or result.model
     history = result.history
     if ax is not None:

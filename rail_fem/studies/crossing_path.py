@@ -63,7 +63,7 @@ def run_over(crossing: CastCrossing, name: str, spacing: float = 1 * MM, radius:
     """Path of one wheel (name or file) from plain rail to beyond the nose's topping."""
     end = min(0.9 * crossing.stretch, crossing.x_range[1] - 0.1)
     return wheel_path(
-        crossing, wheel_shape(name), np.arange(crossing.shape.leg_start - 0.2, end, spacing), radius=radius
+        wheel_shape(name), crossing, np.arange(crossing.shape.leg_start - 0.2, end, spacing), radius=radius
     )
 
 

@@ -41,12 +41,39 @@ class Line:
 def parameter_figure(
     sweep: SweepResults, quantity: str, against: str, models: tuple[str, ...] = (), ax: Any = None
 ) -> Any:
-    """A matplotlib Figure; or `ax`, one's own axes, drawn on without a title.
+    """A quantity of a sweep against what varies, a line a model and group.
 
-    quantity : a column of the sweep's rows, e.g. "impact_on_wheel";  against : what varies, e.g. "scene.speed" or
-    "speed";  models : only these
+    Parameters
+    ----------
+    sweep : SweepResults
+        As `load_sweep` reads it.
+    quantity : str
+        A column of the sweep's rows, e.g. "impact_on_wheel".
+    against : str
+        What varies, e.g. "scene.speed" or "speed".
+    models : tuple of str
+        Only these; (): all.
+    ax : matplotlib Axes, optional
+        One's own, drawn on without a title.
 
-    Errors: ValueError for names that are no columns, or where no run resolves the quantity.
+    Returns
+    -------
+    matplotlib Figure, or `ax`
+
+    Raises
+    ------
+    ValueError
+        For names that are no columns, or where no run resolves the quantity.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
+    >>> for speed in ("50 mph", "75 mph"):
+    ...     rail_fem.solve("p2_formula", scene.replace(speed=speed)).save(f"pair/{speed[:2]}/p2_formula")
+    >>> axes = rail_fem.plot_sweep(rail_fem.load_sweep("pair"), "p2", "speed", ax=Figure().subplots())
+    >>> len(axes.lines) > 0
+    True
     """
     rows = sweep.rows()
     key = find_column(against, [title_of(key) for key in sweep.varied], "--against")

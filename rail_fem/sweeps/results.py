@@ -35,8 +35,23 @@ DIGITS = 6  # of a number in the Markdown table
 class SweepResults:
     """Results by case and model: `sweep["case_02"]["rigid_hertz"]`.
 
-    unusable : a sentence on each run that is left out
-    asked : case -> model -> keys of the case file and their values [SI]
+    Parameters
+    ----------
+    results : mapping of str to mapping
+        PassResult by case and model.
+    unusable : tuple of str
+        A sentence on each run that is left out.
+    asked : mapping of str to mapping
+        By case and model: keys of the case file and their values [SI].
+
+    Examples
+    --------
+    >>> scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
+    >>> for speed in ("50 mph", "75 mph"):
+    ...     rail_fem.solve("p2_formula", scene.replace(speed=speed)).save(f"speeds/{speed[:2]}/p2_formula")
+    >>> sweep = rail_fem.load_sweep("speeds")
+    >>> sweep.varied, [row["scene.speed [mph]"] for row in sweep.rows()]
+    (['scene.speed'], [50.0, 75.0])
     """
 
     results: Results
@@ -100,7 +115,17 @@ class SweepResults:
         }
 
     def to_dataframe(self):
-        """The rows as a pandas.DataFrame. Errors: ModuleNotFoundError where pandas is not installed."""
+        """The rows as a pandas.DataFrame.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        ModuleNotFoundError
+            Where pandas is not installed.
+        """
         pandas = import_pandas()
 
         return pandas.DataFrame(self.rows())
@@ -109,7 +134,14 @@ class SweepResults:
         """The rows as an xarray.Dataset over what varies and the model, where the cases are a grid of that, else over
         case and model; units in the attributes, those of the rows; NaN, or "", where there is no run.
 
-        Errors: ModuleNotFoundError where xarray is not installed.
+        Returns
+        -------
+        xarray.Dataset
+
+        Raises
+        ------
+        ModuleNotFoundError
+            Where xarray is not installed.
         """
         xarray, rows, keys = import_xarray(), self.rows(), [title_of(key) for key in self.varied]
         values = {key: list(dict.fromkeys(row[key] for row in rows)) for key in keys}
@@ -142,8 +174,18 @@ class SweepResults:
         return "\n".join(markdown_table(head, cells)) + "\n"
 
     def shown(self, *left_out: str) -> tuple[list[str], list[list[str]]]:
-        """Head and cells of a table of the rows, without the columns left out, positions, words and what no run
-        has."""
+        """A table of the rows, without positions, words and what no run has.
+
+        Parameters
+        ----------
+        *left_out : str
+            Columns that are not shown either.
+
+        Returns
+        -------
+        head : list of str
+        cells : list of list of str
+        """
         rows = self.rows()
         without = lambda name: name in (*left_out, WORDS) or f"{AT} [" in name
         head = [name for name in rows[0] if not (without(name) or all(_is_nan(row[name]) for row in rows))]
@@ -179,7 +221,29 @@ def _cell(value: Any) -> str:
 
 
 def load_sweep(folder: Path | str) -> SweepResults:
-    """Read every result below DIR/CASE/MODEL. Errors: FileNotFoundError where there is none."""
+    """Read every result below FOLDER/CASE/MODEL.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Of a sweep.
+
+    Returns
+    -------
+    SweepResults
+
+    Raises
+    ------
+    FileNotFoundError
+        Where there is none.
+
+    Examples
+    --------
+    >>> scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
+    >>> rail_fem.solve("p2_formula", scene).save("sweep/case/p2_formula")
+    >>> list(rail_fem.load_sweep("sweep"))
+    ['case']
+    """
     folder = Path(folder)
     results, unusable = results_below(folder)
     asked = {

@@ -31,7 +31,7 @@ def crossing(sections):
 def test_the_wheel_runs_over_sections_as_over_the_surface_they_were_cut_from(cast, crossing):
     """Sections 10 mm apart: half the spacing squared times the surface's curvature along x, some micrometres."""
     x = np.arange(0.15, 0.45, 2 * MM)
-    exact, own = (wheel_path(c, wheel_profile("P8-worn"), x) for c in (cast, crossing))
+    exact, own = (wheel_path(wheel_profile("P8-worn"), c, x) for c in (cast, crossing))
     assert own.height == pytest.approx(exact.height, abs=8e-6)
     assert own.transfers == pytest.approx(exact.transfers, abs=1 * MM)
 
@@ -44,8 +44,8 @@ def test_ends_go_straight_on_where_that_is_asked_for(sections):
         short.top_height(STATIONS[0], y, "wing"), abs=1e-12
     )
     with pytest.raises(CrossingError, match="leaves the modelled crossing"):
-        wheel_path(short, wheel_profile("P8"), np.array([STATIONS[-1]]))
-    wheel_path(long, wheel_profile("P8"), np.array([STATIONS[-1] + 1.0]))
+        wheel_path(wheel_profile("P8"), short, np.array([STATIONS[-1]]))
+    wheel_path(wheel_profile("P8"), long, np.array([STATIONS[-1] + 1.0]))
 
 
 def test_outlines_have_the_same_points_and_lie_on_the_surface(crossing):
@@ -90,4 +90,4 @@ def test_a_wheel_beside_its_way_derails(cast, crossing):
     """Shifted by 60 mm towards the field side it stands with its tread's end beside the wing at x = 0.2 m."""
     for surface in (cast, crossing):
         with pytest.raises(CrossingError, match="derails: at x = 0.2 m .* falls into the flangeway"):
-            wheel_path(surface, wheel_profile("P8"), np.array([0.2]), lateral_shift=60 * MM)
+            wheel_path(wheel_profile("P8"), surface, np.array([0.2]), lateral_shift=60 * MM)

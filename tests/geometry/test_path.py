@@ -91,7 +91,7 @@ def test_the_slope_on_a_ramp_is_the_ramps():
     """The wheel climbs as its ramp does, 5 % here, of which a slope taken as ahead / R would lack 6e-5. Position to
     1e-7 m, over R."""
     crossing, x = CastCrossing(9.25, topping_slope=0.05, topping_depth=10 * MM), np.array([0.28, 0.29, 0.30])
-    path = wheel_path(crossing, cone(0.0, -22 * MM, -15 * MM), x)
+    path = wheel_path(cone(0.0, -22 * MM, -15 * MM), crossing, x)
     y = path.nose_point[:, 1]
     ramp = (crossing.top_height(x + MM, y, "nose") - crossing.top_height(x, y, "nose")) / MM
     assert path.on_nose.all() and (ramp > 0.049).all()
@@ -102,7 +102,7 @@ def test_slope_is_the_derivative_of_height():
     crossing, wheel = CastCrossing(), wheel_profile("P8-worn")
     x = np.concatenate([np.linspace(-0.7, -0.6, 7), np.linspace(0.2, 0.42, 9)])
     step = 1e-5
-    path, ahead, behind = (wheel_path(crossing, wheel, x + d) for d in (0.0, step, -step))
+    path, ahead, behind = (wheel_path(wheel, crossing, x + d) for d in (0.0, step, -step))
     smooth = (path.on_nose == ahead.on_nose) & (path.on_nose == behind.on_nose)
     assert smooth.sum() > 12
     # step / 2R, and the ridges
@@ -125,15 +125,15 @@ def test_the_first_search_is_second_order_and_the_refined_height_does_not_feel_i
 
 def test_wing_and_nose_carry_at_once_at_the_transfer():
     crossing, wheel = CastCrossing(), wheel_profile("P8-worn")
-    path = wheel_path(crossing, wheel, np.linspace(0.0, 0.7, 200))
+    path = wheel_path(wheel, crossing, np.linspace(0.0, 0.7, 200))
     assert len(path.transfers) == 1
-    at = wheel_path(crossing, wheel, path.transfers)
+    at = wheel_path(wheel, crossing, path.transfers)
     assert max(at.wing_gap[0], at.nose_gap[0]) < 1e-8  # placed to 1e-7 m where the slopes differ by 0.02
     assert np.all(path.on_nose == (path.x > path.transfers[0]))
 
 
 def test_height_is_zero_on_plain_line_and_gaps_are_never_negative():
-    path = wheel_path(CastCrossing(), wheel_profile("P8"), np.linspace(-1.5, 0.9, 241))
+    path = wheel_path(wheel_profile("P8"), CastCrossing(), np.linspace(-1.5, 0.9, 241))
     assert np.abs(path.height[path.x < -0.9]).max() < TIGHT
     assert np.nanmin(path.wing_gap) == 0.0 and np.nanmin(path.nose_gap) == 0.0
     assert np.all((path.wing_gap == 0.0) | (path.nose_gap == 0.0))
@@ -141,11 +141,11 @@ def test_height_is_zero_on_plain_line_and_gaps_are_never_negative():
 
 def test_contact_points_lie_on_both_surfaces():
     crossing, wheel = CastCrossing(), wheel_profile("P8")
-    path = wheel_path(crossing, wheel, np.linspace(-0.8, 0.7, 151))
+    path = wheel_path(wheel, crossing, np.linspace(-0.8, 0.7, 151))
     x, y, z = path.contact_point.T
     rolling = RADIUS - wheel.height(y - tread_datum_y())
     on_wheel = RADIUS + path.height - np.sqrt(rolling**2 - (x - path.x) ** 2)
-    plain = wheel_path(crossing, wheel, np.array([-5.0])).contact_point[0]
+    plain = wheel_path(wheel, crossing, np.array([-5.0])).contact_point[0]
     on_wheel += plain[2] - wheel.height(plain[1] - tread_datum_y())
     assert np.abs(on_wheel - z).max() < TIGHT
 
@@ -167,10 +167,10 @@ def test_paths_over_the_benchmark_crossing_match_the_published_ones(name):
     mm."""
     lift, steepest, lowest, fall, rise = PUBLISHED[name]
     crossing, wheel = CastCrossing(9.25), wheel_profile(name)
-    entry = wheel_path(crossing, wheel, np.linspace(-0.8, -0.5, 301), radius=0.46)
-    nose = wheel_path(crossing, wheel, np.linspace(0.15, 0.42, 271), radius=0.46)
+    entry = wheel_path(wheel, crossing, np.linspace(-0.8, -0.5, 301), radius=0.46)
+    nose = wheel_path(wheel, crossing, np.linspace(0.15, 0.42, 271), radius=0.46)
     at = nose.transfers[0]
-    around = wheel_path(crossing, wheel, np.array([at - 0.02, at, at + 0.055]), radius=0.46).height
+    around = wheel_path(wheel, crossing, np.array([at - 0.02, at, at + 0.055]), radius=0.46).height
     assert entry.height[-1] / MM == pytest.approx(lift, abs=0.01)
     assert max(entry.slope.max(), 0.0) / MM == pytest.approx(steepest, abs=0.75)
     assert nose.x[np.argmin(nose.height)] / MM == pytest.approx(lowest, abs=2.5)
@@ -182,8 +182,8 @@ def test_a_hollow_wheel_is_lifted_by_its_false_flange_and_shows_no_dip():
     """Published: lifted 2.70 mm, no dip. It leaves the wing where the chamfer of the rim comes off the wing's
     corner."""
     crossing, wheel = CastCrossing(9.25), wheel_profile("P8-hollow")
-    entry = wheel_path(crossing, wheel, np.linspace(-0.8, -0.58, 221), radius=0.46)
-    nose = wheel_path(crossing, wheel, np.linspace(0.15, 0.6, 226), radius=0.46)
+    entry = wheel_path(wheel, crossing, np.linspace(-0.8, -0.58, 221), radius=0.46)
+    nose = wheel_path(wheel, crossing, np.linspace(0.15, 0.6, 226), radius=0.46)
     assert np.interp(-0.6, entry.x, entry.height) / MM == pytest.approx(2.70, abs=0.03)
     assert nose.slope.max() < 1e-3 and nose.height.min() == pytest.approx(nose.height[-1], abs=1e-7)
     assert 0.42 < nose.transfers[0] < 0.465  # between benchmark sections: wing carries at 425 mm, nose at 465 mm
@@ -191,7 +191,7 @@ def test_a_hollow_wheel_is_lifted_by_its_false_flange_and_shows_no_dip():
 
 def test_a_shifted_wheel_changes_its_path_smoothly_through_zero_shift():
     crossing, wheel = CastCrossing(), wheel_profile("P8-worn")
-    heights = [wheel_path(crossing, wheel, np.array([0.1, 0.25]), lateral_shift=s).height for s in (-1e-5, 0.0, 1e-5)]
+    heights = [wheel_path(wheel, crossing, np.array([0.1, 0.25]), lateral_shift=s).height for s in (-1e-5, 0.0, 1e-5)]
     assert np.abs(heights[0] - 2 * heights[1] + heights[2]).max() < 1e-7
 
 
@@ -206,16 +206,16 @@ def test_a_shifted_wheel_changes_its_path_smoothly_through_zero_shift():
 )
 def test_impossible_paths_are_refused(arguments, complaint):
     with pytest.raises(CrossingError, match=complaint):
-        wheel_path(CastCrossing(), wheel_profile("P8"), **arguments)
+        wheel_path(wheel_profile("P8"), CastCrossing(), **arguments)
 
 
 def test_a_path_asked_for_again_is_the_same_and_its_first_search_is_kept():
     crossing, wheel, x = CastCrossing(9.5), wheel_profile("P8"), np.linspace(-0.9, -0.6, 60)
-    first = wheel_path(crossing, wheel, x)
+    first = wheel_path(wheel, crossing, x)
     kept = _tabulated.cache_info()
-    again = wheel_path(CastCrossing(9.5), wheel_profile("P8"), x)
+    again = wheel_path(wheel_profile("P8"), CastCrossing(9.5), x)
     assert np.array_equal(first.height, again.height) and np.array_equal(first.wing_point, again.wing_point)
     now = _tabulated.cache_info()
     assert now.misses == kept.misses and now.hits == kept.hits + 3  # wing, nose, and the wing on plain line
-    other = wheel_path(CastCrossing(9.5, leg_lowering=0.5e-3), wheel, x)
+    other = wheel_path(wheel, CastCrossing(9.5, leg_lowering=0.5e-3), x)
     assert np.abs(other.height - first.height).max() > 0.1e-3

@@ -62,7 +62,7 @@ def cut(crossing: CastCrossing, stations: np.ndarray) -> SectionCrossing:
 def test_the_path_over_sections_converges_to_that_over_the_surface_they_were_cut_from(limits, gate):
     """The leg transition and the transfer to the nose: sections 4 mm apart leave less than half of what 16 mm leave."""
     surface, wheel, x = CastCrossing(9.25), wheel_profile("P8"), np.arange(*limits, 4 * MM)
-    exact = wheel_path(surface, wheel, x).height
+    exact = wheel_path(wheel, surface, x).height
     errors = []
     for spacing in (16 * MM, 4 * MM):
         stations = np.concatenate([[-1.0, -0.95, -0.9], np.arange(limits[0] - 0.11, limits[1] + 0.12, spacing)])
@@ -81,7 +81,7 @@ def test_wheels_run_over_the_benchmark_as_over_the_parametric_crossing(name, gat
     (hollow)."""
     wheel, x = wheel_profile(name), np.arange(-0.85, 0.75, 4 * MM)
     data = section_path(SectionCrossing.from_slices(read_slices(BENCHMARK)), wheel, x, tread_datum_y(), 0.46)
-    model = wheel_path(CastCrossing(9.25), wheel, x, radius=0.46)
+    model = wheel_path(wheel, CastCrossing(9.25), x, radius=0.46)
     assert np.abs(data.height - model.height).max() < gate * MM
     assert x[np.argmax(data.on_nose)] == pytest.approx(model.transfers[0], abs=6 * MM)
 
@@ -103,7 +103,7 @@ def test_wheels_run_over_a_file_of_cut_sections_as_over_the_crossing_they_were_c
     wheel, x = wheel_profile(name), np.arange(-0.85, 0.75, 8 * MM)
     data, model = (
         section_path(own_file, wheel, x, tread_datum_y(), 0.46),
-        wheel_path(CastCrossing(9.25), wheel, x, radius=0.46),
+        wheel_path(wheel, CastCrossing(9.25), x, radius=0.46),
     )
     assert np.abs(data.height - model.height).max() < gate * MM
     assert x[np.argmax(data.on_nose)] == pytest.approx(model.transfers[0], abs=10 * MM)

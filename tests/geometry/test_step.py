@@ -45,7 +45,7 @@ def test_a_crossing_written_as_step_and_sliced_again_carries_wheels_as_before(ca
     sliced = measured_crossing(np.r_[leg, x], [*(cut_section(cast, at) for at in leg), *sections])
     axle = np.arange(0.16, 0.38, 4 * MM)
     for wheel in ("P8-worn", "P8", "P1"):
-        exact, own = (wheel_path(surface, wheel_profile(wheel), axle) for surface in (cast, sliced))
+        exact, own = (wheel_path(wheel_profile(wheel), surface, axle) for surface in (cast, sliced))
         assert np.abs(own.height - exact.height).max() < 10e-6
         assert own.transfers == pytest.approx(exact.transfers, abs=0.1 * MM)
 

@@ -218,7 +218,7 @@ def test_the_path_over_measured_sections_is_that_over_the_parametric_crossing(se
     search = SurfaceSearch(Wheelset(wheel, radius=0.46, z=0.46), Track.plain_line(), left=rail)
     clear = lambda at: search.contacts(replace(search.wheelset, x=at), "left").lowest()
     height = np.array([-(c.gap / c.normal[:, 2])[0] for c in map(clear, [-0.85, *x])])
-    model = wheel_path(CastCrossing(9.25), wheel, x, radius=0.46).height
+    model = wheel_path(wheel, CastCrossing(9.25), x, radius=0.46).height
     assert np.abs(height[1:] - height[0] - model).max() < 0.06 * MM
 
 

@@ -78,7 +78,7 @@ def test_a_wheel_sinks_by_an_even_depth():
     """Both bodies lowered everywhere by 0.1 mm: the path is 0.1 mm lower, its points and transfers are the same."""
     even = field(np.full((500, 400), 1e-4), x0=-0.1, y0=-0.1)
     x = np.arange(0.3, 0.4, 5e-3)
-    worn, unworn = (wheel_path(c, wheel_profile("P8"), x) for c in (WornCrossing(BASE, even, even), BASE))
+    worn, unworn = (wheel_path(wheel_profile("P8"), c, x) for c in (WornCrossing(BASE, even, even), BASE))
     assert np.abs(unworn.height - worn.height - 1e-4).max() < 1e-9
     assert worn.transfers == pytest.approx(unworn.transfers, abs=1e-6)
     np.testing.assert_allclose(worn.nose_gap, unworn.nose_gap, atol=1e-9)

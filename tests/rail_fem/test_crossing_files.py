@@ -33,7 +33,7 @@ def folder(tmp_path_factory):
 def test_a_crossing_written_as_sections_and_read_again_carries_wheels_as_before(folder, wheel):
     """To 0.01 mm over leg, knuckle and transfer."""
     paths = [
-        wheel_path(surface, wheel_profile(wheel), X)
+        wheel_path(wheel_profile(wheel), surface, X)
         for surface in (CastCrossing(10.75), Crossing(family="sections", file=str(folder)).surface)
     ]
     assert np.abs(paths[1].height - paths[0].height).max() < 10e-6

@@ -50,7 +50,7 @@ def test_the_rigid_wheel_sees_the_dip_as_it_is(shape, within):
     """Away from the bend its height is the rail's where it touches, and the slopes part by the dip angle."""
     joint = Joint(10e-3, 1.0, shape)
     path = wheel_path(
-        joint_rail(joint), wheel_profile("P8"), np.r_[np.arange(-0.9, -0.01, 0.02), np.arange(0.02, 0.9, 0.02)]
+        wheel_profile("P8"), joint_rail(joint), np.r_[np.arange(-0.9, -0.01, 0.02), np.arange(0.02, 0.9, 0.02)]
     )
     radius = 0.425
     at, slope = path.contact_point[:, 0], path.slope
@@ -135,7 +135,7 @@ def test_damping_takes_the_force_below_the_formula_and_a_low_pass_further():
 def test_over_a_gap_the_rigid_wheel_stands_on_the_nearer_rail_end():
     """It falls by r - sqrt(r^2 - d^2) at a distance d from it, r where the tread touches, and changes rails midway."""
     gap, x = 12e-3, np.r_[-0.1, np.linspace(-6e-3, 6e-3, 7), 0.1]
-    path = wheel_path(joint_rail(Joint(0.0, gap=gap)), wheel_profile("P8"), x)
+    path = wheel_path(wheel_profile("P8"), joint_rail(Joint(0.0, gap=gap)), x)
     radius = 0.425 - wheel_profile("P8").height(path.contact_point[:, 1] - tread_datum_y())
     beside = np.maximum(gap / 2 - np.abs(x), 0.0)
     assert path.height == pytest.approx(-(radius - np.sqrt(radius**2 - beside**2)), abs=2e-8)

@@ -55,7 +55,7 @@ def test_a_wheel_that_runs_downhill_is_pushed_on(scene):
     """On the falling wing the frictionless contact pushes along the path by force times fall, that of the rigid path: a
     trailing wheel climbs there."""
     at = np.array([0.28, 0.30])
-    fall = -wheel_path(CastCrossing(scene.crossing.ratio), scene.wheel.shape, at, scene.wheel.radius).slope
+    fall = -wheel_path(scene.wheel.shape, CastCrossing(scene.crossing.ratio), at, scene.wheel.radius).slope
     assert (fall > 2e-3).all()
     found = rigid_hertz.solve(scene, RigidHertzSettings(start=0.2, end=0.32)).history
     force, along = (np.interp(at, found["x"], found[name]) for name in ("force", "force_longitudinal"))

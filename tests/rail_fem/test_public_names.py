@@ -1,5 +1,6 @@
 """What a user of the package writes: five lines from a case file to a figure, every mistake said."""
 
+import doctest
 import inspect
 import re
 import subprocess
@@ -13,8 +14,11 @@ from matplotlib.figure import Figure
 import bem
 import geometry
 import rail_fem
+from rail_fem.case.warnings import case_warnings
 from rail_fem.result.history import COLUMNS
+from rail_fem.result.warning_records import record
 from rail_fem.scene.units import root_units, si_factor
+from rail_fem.settings.explicit import FeSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 CASE = ROOT / "cases" / "nose_transfer.toml"
@@ -37,6 +41,16 @@ def test_the_parts_offer_their_names(package):
     assert all(callable(getattr(package, name)) or name.isupper() for name in package.__all__)
     with pytest.raises(AttributeError, match="it offers"):
         package.nothing  # noqa: B018
+
+
+def test_the_parts_are_the_same_modules_by_the_names_of_an_installed_package():
+    """A wheel has them beneath rail_fem alone."""
+    code = (
+        "import rail_fem.geometry.profiles.wheel as deep; import geometry, bem, geometry.profiles.wheel as own; "
+        "from rail_fem.bem import STEEL; assert rail_fem.geometry is geometry and rail_fem.bem is bem and deep is own "
+        "and STEEL is bem.STEEL and own.__spec__.name == own.__name__ == 'geometry.profiles.wheel'"
+    )
+    subprocess.run([sys.executable, "-c", f"import rail_fem; {code}"], cwd=ROOT, check=True)
 
 
 def functions_of(package):
@@ -63,6 +77,83 @@ def test_files_and_folders_may_be_text_in_every_public_function(package):
         if argument != "return" and re.search(r"\bPath\b", str(kind)) and "str" not in str(kind)
     ]
     assert not narrow
+
+
+CALLABLE = [
+    (package.__name__, name)
+    for package in (rail_fem, geometry, bem)
+    for name in package.__all__
+    if name.upper() != name
+]
+SECTION = re.compile(r"^(Parameters|Attributes|Returns|Raises|Notes|Examples)\n-+\n", re.MULTILINE)
+
+
+def sections(thing) -> dict[str, str]:
+    """A docstring's sections in NumPy's form."""
+    parts = SECTION.split(inspect.getdoc(thing) or "")
+    return dict(zip(parts[1::2], parts[2::2]))
+
+
+@pytest.mark.parametrize("package, name", CALLABLE)
+def test_a_public_docstring_names_every_parameter_and_what_comes_out(package, name):
+    """In NumPy's form, so that a notebook's help and the page of the interface show them one by one."""
+    thing = getattr(sys.modules[package], name)
+    found = sections(thing)
+    signature = inspect.signature(thing.__init__ if thing is geometry.ProfileError else thing)  # of ValueError's own
+    heads = re.findall(r"^(?! )([\w*, ]+?)(?: :|$)", found.get("Parameters", found.get("Attributes", "")), re.MULTILINE)
+    named = {one.strip().lstrip("*") for line in heads for one in line.split(",")}
+    assert set(signature.parameters) - {"self", "args", "kwargs"} <= named
+    assert "Examples" in found
+    returns = inspect.isfunction(thing) and signature.return_annotation not in (None, "None")
+    assert not returns or found.get("Returns", "").strip()
+
+
+@pytest.mark.parametrize("package, name", CALLABLE)
+def test_the_example_of_a_public_name_runs(package, name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    known = {"np": np, "rail_fem": rail_fem, "geometry": geometry, "bem": bem}
+    finder = doctest.DocTestFinder(recurse=False)
+    (example,) = finder.find(getattr(sys.modules[package], name), name, module=False, globs=known)
+    said: list[str] = []
+    assert doctest.DocTestRunner().run(example, out=said.append).failed == 0, "".join(said)
+
+
+def test_a_former_name_is_taken_for_one_release_with_a_warning():
+    """And the wheel comes before the crossing."""
+    with pytest.warns(DeprecationWarning, match="force is load now"):
+        old = bem.point_contact(force=1e5, radius_x=0.46, radius_y=0.3, modulus=115e9)
+    assert old == bem.point_contact(1e5, 0.46, 0.3, 115e9)
+    with pytest.raises(TypeError, match="force is the former name of load"):
+        bem.line_contact(force=1.0, load=1.0, radius=0.3, modulus=115e9)
+    wheel, crossing, x = geometry.wheel_profile("P8"), geometry.CastCrossing(), np.array([0.3])
+    with pytest.warns(DeprecationWarning, match="wheel before the crossing"):
+        former = geometry.wheel_path(crossing, wheel, x)
+    assert former.height == geometry.wheel_path(wheel, crossing, x).height
+
+
+def test_what_goes_on_is_logged_and_nothing_is_printed(result, caplog, capsys):
+    with caplog.at_level("INFO", logger="rail_fem"):
+        found = rail_fem.solve("lumped", result.scene, WINDOW)
+    said = [(one.levelname, one.getMessage()) for one in caplog.records if one.name == "rail_fem.hierarchy"]
+    assert said[0] == ("INFO", "lumped: begun") and "finished in" in said[1][1]
+    assert [words for level, words in said if level == "WARNING"] == [f"lumped: {one}" for one in found.warnings] != []
+    assert capsys.readouterr() == ("", "")
+
+
+def test_warnings_are_records_with_kind_and_place(result):
+    """Of results of earlier releases too, which hold sentences alone."""
+    records = result.warning_records
+    assert tuple(one.text for one in records) == result.warnings
+    scene = result.scene.replace(wheel={"profile": "P1"}, crossing={"ratio": 14}, friction=0.8)
+    told = [
+        *case_warnings(scene, FeSettings.checked({"start": "0 mm", "end": "340 mm", "courant": 0.96})),
+        *result.warnings,
+    ]
+    kinds = {record(words).kind for words in told}
+    assert kinds == {"scene", "numerics", "window", "model"} and len(told) > 6
+    assert record("chatter: 3 % of it (rule: < 1 %, bad above 5 %)").kind == "trust"
+    two = next(one for one in records if one.text.startswith("two bodies"))
+    assert two.kind == "model" and 0.25 < two.x < 0.42  # within the window
 
 
 @pytest.mark.parametrize("package", [rail_fem, geometry, bem])
@@ -140,6 +231,8 @@ def test_a_bare_number_is_refused_where_a_case_file_refuses_it():
     ):
         with pytest.raises(ValueError, match=f"{key}: .* has no unit, write e.g. .*, or replace_si takes SI"):
             scene.replace(**wrong)
+    with pytest.raises(ValueError, match="start: 0.3 has no unit, write e.g. .*, or LumpedSettings.checked takes SI"):
+        rail_fem.solve("lumped", scene, {"start": 0.3})
     assert scene.replace_si(speed=33.5, foundation={"stiffness": 1.6e8}).speed == 33.5
     assert scene.replace(friction=0.2, wheel_body=None).friction == 0.2  # a plain number has no unit
 

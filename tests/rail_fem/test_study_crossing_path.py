@@ -36,7 +36,7 @@ def test_a_wheel_of_a_file_runs_as_the_one_it_was_written_from(tmp_path):
     file = str(tmp_path / "mine.prw")
     write_profile(file, wheel_profile("P8").points, "wheel")
     x = np.array([-0.8, -0.65, 0.1, 0.3])
-    own, named = (wheel_path(CastCrossing(9.25), wheel_shape(n), x).height for n in (file, "P8"))
+    own, named = (wheel_path(wheel_shape(n), CastCrossing(9.25), x).height for n in (file, "P8"))
     assert own == pytest.approx(named, abs=2e-6)
 
 

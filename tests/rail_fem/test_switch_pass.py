@@ -24,7 +24,7 @@ def scene():
 def test_the_rigid_wheel_goes_from_stock_rail_to_switch_rail_once():
     """Ahead of the toe nothing happens; behind the transfer it stands on the switch rail alone."""
     x = np.r_[-1.0, -0.3, np.arange(2.4, 3.2, 0.1), 4.5, 5.5]
-    path = wheel_path(switch_rails(Switch()), wheel_profile("P8"), x)
+    path = wheel_path(wheel_profile("P8"), switch_rails(Switch()), x)
     assert path.height[:2] == pytest.approx(0.0, abs=1e-5)
     assert len(path.transfers) == 1 and path.transfers[0] == pytest.approx(TRANSFER, abs=5e-3)
     assert path.on_nose[x > TRANSFER].all() and not path.on_nose[x < TRANSFER].any()

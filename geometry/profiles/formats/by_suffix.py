@@ -18,10 +18,33 @@ from geometry.profiles.profile import ProfileError
 def read_raw(path: Path | str, kind: str | None = None, unit: float | None = None, number: int = 1) -> RawProfile:
     """The points of a profile file, as the file declares them.
 
-    kind, unit : what the caller knows ("rail" or "wheel"; length of the file's unit [m]); overrule the file
-    number : which profile of an .mpt file, which section of a .slcs, from 1
+    Parameters
+    ----------
+    path : Path or str
+        The file; its ending says the format.
+    kind : {"rail", "wheel"}, optional
+        What the caller knows; overrules the file.
+    unit : float, optional
+        Length of the file's unit [m]; overrules the file.
+    number : int
+        Which profile of an .mpt file, which section of a .slcs, from 1.
 
-    Raises ProfileError (file, line, reason), OSError.
+    Returns
+    -------
+    RawProfile
+
+    Raises
+    ------
+    ProfileError
+        File, line, reason.
+    OSError
+        Where it cannot be read.
+
+    Examples
+    --------
+    >>> np.savetxt("rail.csv", geometry.rail_head("56E1").points * 1e3, delimiter=",")  # [mm]
+    >>> geometry.read_raw("rail.csv", kind="rail", unit=1e-3).points.shape[1]
+    2
     """
     path = Path(path)
     suffix = path.suffix.lower()
