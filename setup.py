@@ -13,7 +13,7 @@ from setuptools import setup
 from setuptools.command.build_py import build_py
 
 HOME, PARTS = "rail_fem", ("geometry", "bem", "kernel_cache")
-IMPORT = re.compile(rf"^(\s*)(?:from ({'|'.join(PARTS)})\b|import ({'|'.join(PARTS)})$)", re.MULTILINE)
+IMPORT = re.compile(rf"^(\s*)(?:from ({'|'.join(PARTS)})\b|import ((?:{'|'.join(PARTS)})(?: as \w+)?)$)", re.MULTILINE)
 
 
 def beneath(name: str) -> str:

@@ -12,7 +12,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from rail_fem.processes import launcher
 from rail_fem.result.versions import HOW_TO_GET
 from rail_fem.scene.input_errors import suggest
 from rail_fem.scene.scene import Frozen, Scene
@@ -183,9 +182,8 @@ def solve(
     LOG.info("%s: begun", model)
     result = solver.solve(scene, settings, folder=folder, restart=restart, progress=progress)
     compiled = compile_time() - before
-    if launcher.rank() == 0:
-        LOG.info("%s: %s in %.1f s", model, result.fault or result.cut_off or "finished", result.cost.wall_time)
-        for warning in result.warnings:
-            LOG.warning("%s: %s", model, warning)
+    LOG.info("%s: %s in %.1f s", model, result.fault or result.cut_off or "finished", result.cost.wall_time)
+    for warning in result.warnings:
+        LOG.warning("%s: %s", model, warning)
     cost = replace(result.cost, wall_time=result.cost.wall_time + compiled, compile_time=compiled)
     return replace(result, cost=cost)

@@ -20,6 +20,7 @@ from rail_fem.result.result import PassResult
 from rail_fem.run.form import form
 from rail_fem.scene.crossing import FAMILY_KEYS
 from rail_fem.scene.input_errors import meaning, plain, quantity_of, suggest
+from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import show, si_factor, typed
 from rail_fem.scene.wheel_profile import WHEEL_NAMES
 from rail_fem.show.page import numbers, remark, shares, text, trust
@@ -39,13 +40,22 @@ KEYS = (
     "scene.foundation.stiffness",
     "scene.friction",
 )
+# of a slider, in the key's unit, where the key takes far more than tracks have
+SPANS = {
+    "scene.speed": (10.0, 200.0),
+    LOAD: (4.0, 40.0),
+    CROSSING + "ratio": (8.0, 32.0),
+    "scene.foundation.stiffness": (10.0, 500.0),
+    "scene.friction": (0.0, 1.0),
+}
 STEPS = 500  # of a slider, at least
+MOST_ROWS = 5000  # of a history: a slow wheel's are farther apart
 PLACE = "contact y"  # of all other quantities the first
 
 
 class Slider(NamedTuple):
     """One key that moves. value : as it is written, without its unit;  low, high, step : of a slider, in the unit
-    choices : of a key that has no slider"""
+    span : what the key takes;  choices : of a key that has no slider"""
 
     key: str
     meaning: str
@@ -54,6 +64,7 @@ class Slider(NamedTuple):
     low: float = 0.0
     high: float = 0.0
     step: float = 0.0
+    span: tuple[float, float] = (0.0, 0.0)
     choices: tuple[str, ...] = ()
 
 
@@ -78,9 +89,12 @@ def _control(case: Case, key: str) -> Slider:
     quantity, value = quantity_of(field), case.scene.axle_load if key == LOAD else value_of(case, key)
     if quantity is None:
         return Slider(key, meaning(field), "", str(value), choices=tuple(dict.fromkeys((str(value), *WHEEL_NAMES))))
-    step = 10.0 ** math.floor(math.log10((quantity.high - quantity.low) / STEPS))
-    number = show(value / si_factor(quantity.unit), "")
-    return Slider(key, quantity.meaning.partition(";")[0], quantity.unit, number, quantity.low, quantity.high, step)
+    span = quantity.low, quantity.high
+    low, high = SPANS.get(key, span)
+    step = 10.0 ** math.floor(math.log10((high - low) / STEPS))
+    number = value / si_factor(quantity.unit)
+    low, high = min(low, number), max(high, number)
+    return Slider(key, quantity.meaning.partition(";")[0], quantity.unit, show(number, ""), low, high, step, span)
 
 
 def changed(case: Case, values: Any) -> Case:
@@ -106,8 +120,8 @@ def changed(case: Case, values: Any) -> Case:
 def seen(case: Case) -> Seen:
     """What the light models say of it. Errors: CaseError, and what they raise (ValueError)."""
     case = case.by(SHOWN).by(BESIDE)
-    settings: Any = case.runs[SHOWN]
-    result, beside = (solve(model, case.scene, case.runs[model]) for model in (SHOWN, BESIDE))
+    settings, other = (_few_rows(case.scene, case.runs[model]) for model in (SHOWN, BESIDE))
+    result, beside = solve(SHOWN, case.scene, settings), solve(BESIDE, case.scene, other)
     warnings = (*case_warnings(case.scene, with_window(case.scene, settings)), *result.warnings)
     result = replace(result, title=case.title, warnings=warnings, form=form(result, by_passes=False))
     runs = [NamedResult(SHOWN, result)]
@@ -117,6 +131,12 @@ def seen(case: Case) -> Seen:
         written(case.title, case.scene, SHOWN, settings),
         command(case, SHOWN),
     )
+
+
+def _few_rows(scene: Scene, settings: Any) -> Any:
+    """The settings with rows so far apart that a browser draws them at once."""
+    least = scene.travel_time(*settings.window(scene)) / MOST_ROWS
+    return settings if settings.history_interval >= least else settings.replace_si(history_interval=least)
 
 
 def _charts(result: PassResult, beside: PassResult) -> list[Chart]:
@@ -162,6 +182,7 @@ def form_of(case: Case) -> str:
             continue
         span = f'min="{one.low:g}" max="{one.high:g}"'
         slider = f'<input type="range" {span} step="{one.step:g}" value="{text(one.value)}">'
-        number = f'<input type="number" {span} step="any" value="{text(one.value)}" {about}> {text(one.unit)}'
+        taken = f'min="{one.span[0]:g}" max="{one.span[1]:g}"'
+        number = f'<input type="number" {taken} step="any" value="{text(one.value)}" {about}> {text(one.unit)}'
         rows.append(f"<label>{words}{slider}<span>{number}</span></label>")
     return f'<form id="controls">{"".join(rows)}</form>'

@@ -130,7 +130,7 @@ def inversion_figure(problem: Problem, found: Inversion) -> Figure:
                 axes.plot(at[:, k], at[:, i], ".", ms=2, color=WING, alpha=0.5)
                 axes.plot(likely[k], likely[i], "D", ms=5, color=NOSE)
                 axes.set_ylim(vary[i].bounds)
-            axes.tick_params(labelsize=8, labelbottom=i == count - 1, labelleft=k == 0 and i > 0)
+            axes.tick_params(labelsize=9, labelbottom=i == count - 1, labelleft=k == 0 and i > 0)
             axes.locator_params(nbins=3)
             if i == count - 1:
                 axes.set_xlabel(vary[k].title.replace("_", " ").replace(" [", "\n["), fontsize=9)

@@ -22,12 +22,12 @@ from rail_fem.files.strict_json import NAN, dumps, nan_for_none
 from rail_fem.result.history import COLUMNS, complete_history, shown_table
 from rail_fem.result.trust import trust_text
 from rail_fem.result.versions import import_pandas, import_pyvista, import_xarray, versions
-from rail_fem.result.warning_records import WarningRecord, record
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import SI_OF, engineering
 
 if TYPE_CHECKING:
     from rail_fem.result.fields import Fields
+    from rail_fem.result.warning_records import WarningRecord
 
 RESULT_VERSION = 3  # 2: the same without a seal
 
@@ -217,8 +217,10 @@ class PassResult:
         object.__setattr__(self, "history", complete_history(self.history))
 
     @property
-    def warning_records(self) -> tuple[WarningRecord, ...]:
+    def warning_records(self) -> "tuple[WarningRecord, ...]":
         """The warnings with the kind and the place of each; of results of older releases, too."""
+        from rail_fem.result.warning_records import record
+
         return tuple(map(record, self.warnings))
 
     @property

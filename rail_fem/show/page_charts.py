@@ -224,7 +224,8 @@ def strain_surface(run: NamedResult, fields: CrossingFields, most: float) -> Cha
     surface |= {"hovertemplate": "x %{x:.1f}, y %{y:.1f}, z %{z:.1f} mm<extra></extra>"}
     look = {"font": FONT, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}, "height": 430, "showlegend": False}
     title = lambda words: {"title": {"text": words}, "backgroundcolor": "#FFFFFF", "gridcolor": "#DDDDDD"}
-    scene = {"xaxis": title("x [mm]"), "yaxis": title("y [mm]"), "zaxis": title("z [mm]") | {"nticks": 4}}
+    scene = {"xaxis": title("x [mm]"), "yaxis": title("y [mm]") | {"nticks": 4}}
+    scene["zaxis"] = title("") | {"showticklabels": False}  # hover says it; its ticks would lie on those of y
     length = np.ptp(points, axis=0)
     scene |= {"aspectmode": "manual", "aspectratio": dict(zip("xyz", map(float, LONGEST * length / length.max())))}
     scene["camera"] = {"eye": {"x": -0.12, "y": -0.95, "z": 0.7}}

@@ -189,3 +189,15 @@ def test_the_same_head_in_every_format_is_the_same(tmp_path):
         profile = examine(read_raw(tmp_path / name, "rail"), mirror=False).profile
         # its spline has no exact tangents
         assert np.abs(profile.height(y) - rail_head("56E1").height(y)).max() < off + 2e-8
+
+
+def test_lines_of_words_before_the_first_numbers_are_headings_and_told(tmp_path):
+    """As an export of a measuring device has them; words between rows of numbers are a fault."""
+    rows = [f"{y};{-(y**2) / 600}" for y in range(-30, 31)]
+    path = tmp_path / "rail.csv"
+    path.write_text("\n".join(["Track;12", "Info;left rail", "X [mm];Y [mm]", *rows]))
+    raw = read_raw(path, kind="rail")
+    assert len(raw.points) == 61 and sum(note.startswith("heading") for note in raw.notes) == 3
+    path.write_text("\n".join([*rows[:20], "Info;left rail", *rows[20:]]))
+    with pytest.raises(ProfileError, match='line 21: "Info" is not a number'):
+        read_raw(path, kind="rail")

@@ -105,7 +105,10 @@ def test_the_sliders_are_keys_of_the_case_with_their_units_and_ranges(case):
     found = {one.key: one for one in controls(load_case(case))}
     quantity = next(part for part in Scene.model_fields["speed"].metadata if hasattr(part, "unit"))
     speed = found["scene.speed"]
-    assert (speed.unit, speed.low, speed.high, float(speed.value)) == (quantity.unit, quantity.low, quantity.high, 75.0)
+    assert (speed.unit, *speed.span, float(speed.value)) == (quantity.unit, quantity.low, quantity.high, 75.0)
+    assert all(
+        one.span[0] <= one.low <= float(one.value) <= one.high <= one.span[1] for one in found.values() if one.step
+    )
     assert float(found["scene.vehicle.axle_load"].value) == 66.25 / 4 + 1  # four axles, each with its wheelset
     assert "P8" in found["scene.wheel.profile"].choices
 
@@ -161,6 +164,12 @@ def test_what_is_no_request_is_refused_and_the_next_one_answered(server, body):
 def test_a_file_of_a_profile_is_not_to_be_named_from_outside(case):
     with pytest.raises(CaseError, match="none of"):
         changed(load_case(case), {"scene.wheel.profile": str(case)})
+
+
+def test_a_wheel_that_creeps_is_drawn_as_soon_as_a_fast_one(server):
+    """At 0.5 mph a pass takes 2.7 s: rows are farther apart, and the case file says so."""
+    found = moved(server, {"scene.speed": "0.5 mph"})
+    assert len(json.dumps(found)) < 1e6 and "history_interval" in found["case"]
 
 
 def test_a_run_is_started_as_a_sweep_would_and_its_page_is_shown(case, tmp_path):

@@ -13,12 +13,13 @@ from geometry.profiles.profile import ProfileError
 COMMENT = ("#", "!", "%", "//", '"')
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 QUOTED = re.compile(r'"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*"\s*[,;\t ]?')  # a cell of a spreadsheet
+BEGINS = re.compile(r"[+-]?(?:[\d.]|(?:nan|inf)\b)", re.IGNORECASE)  # a row of numbers
 UNIT_SAID = re.compile(r"units?\s*[:=]\s*(mm|cm|m|inch|in)\b", re.IGNORECASE)
 BACK_SAID = re.compile(r"flange.back\s*[:=]\s*([+-]?\d*\.?\d+)", re.IGNORECASE)
 
 
 def read_columns(path: Path) -> RawProfile:
-    """Read two-column text. Further columns are left out and said so; a heading line may come first.
+    """Read two-column text. Further columns are left out and said so; heading lines may come first.
 
     Raises ProfileError with file and line for what is not a number, and for commas that may be both kinds.
     """
@@ -27,13 +28,9 @@ def read_columns(path: Path) -> RawProfile:
     wanted = [
         (i, line.strip()) for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith(COMMENT)
     ]
-    if (
-        wanted
-        and not re.match(r"[+-]?[\d.]", wanted[0][1])
-        and not wanted[0][1].lower().startswith(("nan", "inf", "-inf"))
-    ):
-        notes.append(f'heading "{wanted[0][1][:40]}" on line {wanted[0][0]}')
-        wanted = wanted[1:]
+    first = next((k for k, (_, line) in enumerate(wanted) if BEGINS.match(line)), 1)
+    notes += [f'heading "{line[:40]}" on line {i}' for i, line in wanted[:first]]
+    wanted = wanted[first:]
     comma = has_decimal_comma([line for _, line in wanted], path)
     rows = [(i, numbers(split(line, comma), path, i)) for i, line in wanted]
     if comma:
