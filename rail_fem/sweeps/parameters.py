@@ -11,10 +11,11 @@ from rail_fem.case.variations import VariationError, field_of
 from rail_fem.result.quantities import two_now
 from rail_fem.result.result import PassResult
 from rail_fem.result.runfolder import MARK
+from rail_fem.scene.crossing import FAMILY_KEYS, Crossing
 from rail_fem.scene.input_errors import quantity_of, suggest
 from rail_fem.scene.units import si_factor
 
-PROFILE = "scene.wheel.profile"
+PROFILE, CROSSING = "scene.wheel.profile", "scene.crossing."
 
 Values = Mapping[str, Any]  # key of the case file -> value [SI]
 
@@ -29,6 +30,14 @@ def asked_values(folder: Path, result: PassResult) -> dict[str, Any]:
     values = _flat({name: part for name, part in mark.items() if name != "model"})
     values.pop("scene.wheel.label", None)
     return values | {PROFILE: result.scene.wheel.name}
+
+
+def with_left_out(asked: Values, crossing: Crossing, keys: Iterable[str]) -> Values:
+    """The values of a run with those of its crossing's `keys` that its mark leaves out, as they are the benchmark's: a
+    wing raised by 0 and 1 mm is one that varies."""
+    own = FAMILY_KEYS[crossing.family]
+    left_out = {key: key.removeprefix(CROSSING) for key in keys if key.startswith(CROSSING) and key not in asked}
+    return {**asked, **{key: getattr(crossing, name) for key, name in left_out.items() if name in own}}
 
 
 def _flat(table: Mapping[str, Any], key: str = "") -> dict[str, Any]:

@@ -20,7 +20,7 @@ from rail_fem.result.result import NAN, PassResult, Peak
 from rail_fem.result.versions import import_pandas, import_xarray
 from rail_fem.scene.units import SHOWN
 from rail_fem.sweeps.compare import core_seconds
-from rail_fem.sweeps.parameters import Values, asked_values, shown_value, title_of, varied_keys
+from rail_fem.sweeps.parameters import Values, asked_values, shown_value, title_of, varied_keys, with_left_out
 from rail_fem.sweeps.sweep_report import Results, results_below
 
 # in every table, whether a model resolves it or not; further peaks follow them
@@ -250,4 +250,11 @@ def load_sweep(folder: Path | str) -> SweepResults:
         case: {model: asked_values(folder / case / model, result) for model, result in of_case.items()}
         for case, of_case in results.items()
     }
-    return SweepResults(results, tuple(unusable), asked)
+    keys = {key for of_case in asked.values() for values in of_case.values() for key in values}
+    full = {
+        case: {
+            model: with_left_out(asked[case][model], result.scene.crossing, keys) for model, result in of_case.items()
+        }
+        for case, of_case in results.items()
+    }
+    return SweepResults(results, tuple(unusable), full)

@@ -325,6 +325,16 @@ def test_a_sweep_folder_is_read_at_once(result, tmp_path):
         rail_fem.load_sweep(tmp_path / "nothing")
 
 
+def test_a_key_of_the_crossing_varies_from_the_benchmarks_own_value_on(result, tmp_path):
+    """Which the mark of a run leaves out."""
+    for raised in (1, 0):
+        scene = result.scene.replace(crossing={"wing_raise": f"{raised} mm"})
+        rail_fem.solve("p2_formula", scene).save(tmp_path / f"raised_{raised}" / "p2_formula")
+    sweep = rail_fem.load_sweep(tmp_path)
+    assert sweep.varied == ["scene.crossing.wing_raise"]
+    assert [row["scene.crossing.wing_raise [mm]"] for row in sweep.rows()] == [0.0, 1.0]
+
+
 @pytest.mark.parametrize("package", [rail_fem, geometry, bem], ids=lambda package: package.__name__)
 def test_every_public_name_stands_on_the_page_of_the_interface(package):
     """docs/api.md lists the members of each package as a whole; what is no class and no function it names."""
