@@ -41,5 +41,6 @@ sphinx_gallery_conf = {
     "ignore_pattern": r"coarse_pass\.py",
     "matplotlib_animations": True,
     "show_memory": False,
+    "first_notebook_cell": "%matplotlib inline",  # without it some releases show a figure's name in place of it
 }
 warnings.filterwarnings("ignore", message="Matplotlib is currently using agg")

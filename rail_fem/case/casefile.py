@@ -149,7 +149,7 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
     Parameters
     ----------
     path : Path or str
-        The file; `rail_fem.example` names those that come along.
+        The file; or the name of an example that comes along, "nose_transfer" (`rail-fem list`).
     changes : mapping of str to value, optional
         Values in place of the file's, by keys such as "scene.speed" or "run.lumped.start", written as in the file.
     name : str, optional
@@ -171,6 +171,10 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
     44.704
     """
     path = Path(path)
+    if not path.suffix and not path.exists():
+        from rail_fem.case.examples import examples
+
+        path = examples().get(path.as_posix(), path)
     table = _read_table(path)
     changes = {} if changes is None else changes
     if not isinstance(changes, Mapping) or not all(isinstance(key, str) for key in changes):

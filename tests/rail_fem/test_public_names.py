@@ -202,6 +202,9 @@ def test_the_import_is_light():
 
 def test_examples_come_along():
     assert rail_fem.load_case(rail_fem.example("nose_transfer")).scene == rail_fem.load_case(CASE).scene
+    assert rail_fem.load_case("nose_transfer").path == rail_fem.example("nose_transfer")
+    with pytest.raises(rail_fem.CaseError, match="'rail-fem list' names the examples"):
+        rail_fem.load_case("nose_transfr")
     with pytest.raises(KeyError, match="nose_transfer"):
         rail_fem.example("nose_transfr")
 
