@@ -1,4 +1,4 @@
-"""Elastic contact in NumPy and SciPy: closed forms, boundary elements, half-space, slices. Knows nothing of rails.
+"""Elastic and plastic contact in NumPy and SciPy: closed forms, boundary elements, half-space. Knows nothing of rails.
 
     from rail_fem import bem
     window = (-0.02, 0.02), (-0.02, 0.02)
@@ -23,25 +23,31 @@ if TYPE_CHECKING:
     from bem.patch import Creepage, Grid, Patch
     from bem.plane.body import Body
     from bem.plane.contact import solve_contact
+    from bem.plane.coulomb import Control
+    from bem.plane_plastic.yielding_contact import PlasticContact, Region
+    from bem.plastic.contact import PlasticHalfSpace
+    from bem.plastic.rolling_line import rolling_line_contact
     from bem.slices.assumed_load import loaded_slices
     from bem.slices.coupled import slice_contact
     from bem.slices.slices import Slices
-
-__all__ = [
-    "STEEL", "Body", "Creepage", "Elastic", "Grid", "Patch", "Slices", "contact_modulus", "fastsim", "line_contact",
-    "loaded_slices", "normal_contact", "patch_figure", "point_contact", "rolling_contact", "shift_contact",
-    "slice_contact", "solve_contact", "subsurface_stress",
-]  # fmt: skip
+    from bem.steel.cyclic_law import cyclic_law
+    from bem.steel.hardening import Hardening
 
 _HOMES = {
     "STEEL": ".material",
     "Body": ".plane.body",
+    "Control": ".plane.coulomb",
     "Creepage": ".patch",
     "Elastic": ".material",
     "Grid": ".patch",
+    "Hardening": ".steel.hardening",
     "Patch": ".patch",
+    "PlasticContact": ".plane_plastic.yielding_contact",
+    "PlasticHalfSpace": ".plastic.contact",
+    "Region": ".plane_plastic.yielding_contact",
     "Slices": ".slices.slices",
     "contact_modulus": ".material",
+    "cyclic_law": ".steel.cyclic_law",
     "fastsim": ".halfspace.fastsim",
     "line_contact": ".exact.hertz",
     "loaded_slices": ".slices.assumed_load",
@@ -49,11 +55,19 @@ _HOMES = {
     "patch_figure": ".halfspace.figures",
     "point_contact": ".exact.hertz",
     "rolling_contact": ".halfspace.tangential",
+    "rolling_line_contact": ".plastic.rolling_line",
     "shift_contact": ".halfspace.tangential",
     "slice_contact": ".slices.coupled",
     "solve_contact": ".plane.contact",
     "subsurface_stress": ".halfspace.stress",
 }
+
+__all__ = [
+    "STEEL", "Body", "Control", "Creepage", "Elastic", "Grid", "Hardening", "Patch", "PlasticContact",
+    "PlasticHalfSpace", "Region", "Slices", "contact_modulus", "cyclic_law", "fastsim", "line_contact",
+    "loaded_slices", "normal_contact", "patch_figure", "point_contact", "rolling_contact", "rolling_line_contact",
+    "shift_contact", "slice_contact", "solve_contact", "subsurface_stress",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:

@@ -42,8 +42,8 @@ def code_lines(path: Path) -> int:
 
 
 def needs(path: Path, known: set[str], by_text: bool = True) -> set[str]:
-    """Modules that a file imports, or names in text ("module" or "module:name")."""
-    found = set()
+    """Modules that a file imports, or names in text ("module" or "module:name"; of its own package ".module")."""
+    found, package = set(), ".".join(path.parent.relative_to(ROOT).parts)
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module:
             inner = {f"{node.module}.{alias.name}" for alias in node.names} & known
@@ -51,7 +51,8 @@ def needs(path: Path, known: set[str], by_text: bool = True) -> set[str]:
         elif isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif by_text and isinstance(node, ast.Constant) and isinstance(node.value, str):
-            found.add(node.value.partition(":")[0])
+            name = node.value.partition(":")[0]
+            found.add(f"{package}{name}" if name.startswith(".") else name)
     return found & known
 
 

@@ -62,8 +62,25 @@ class ContactSystem:
 
 @dataclass(frozen=True)
 class Control:
-    """What controls the slave: for x, y and rotation either a motion [m, m, rad] or a load [N/m, N/m, N]; the other is
-    nan."""
+    """What controls the slave: in each of x, y and rotation either a motion or a load.
+
+    Parameters
+    ----------
+    motion : (3,) array
+        [m, m, rad]; nan where a load is given.
+    load : (3,) array
+        [N/m, N/m, N]; nan where a motion is given.
+
+    Raises
+    ------
+    EquilibriumError
+        For a component with both or neither.
+
+    Examples
+    --------
+    >>> bem.Control.of(force=(None, -100e3)).load
+    array([     nan, -100000.,      nan])
+    """
 
     motion: np.ndarray
     load: np.ndarray

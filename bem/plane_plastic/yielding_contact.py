@@ -30,7 +30,20 @@ from bem.steel.hardening import YieldLaw
 
 @dataclass(frozen=True)
 class Region:
-    """Where a body may yield: half_width along its face about the first patch, depth, and size of the cells [m]."""
+    """Where a body may yield.
+
+    Parameters
+    ----------
+    half_width, depth : float
+        Along its face about the first patch, and below it [m].
+    size : float
+        Of the cells [m].
+
+    Examples
+    --------
+    >>> bem.Region(half_width=6e-3, depth=6e-3, size=1e-3).size
+    0.001
+    """
 
     half_width: float
     depth: float
@@ -49,8 +62,38 @@ class ContactStep:
 class PlasticContact:
     """Two bodies in contact, one of them with yielding cells; loads come one after the other.
 
-    yields : "fixed" or "moving"; greatest : the control that meshes and cells are laid for
-    Errors: those of solve_contact, CellError, TooLargeError.
+    Parameters
+    ----------
+    fixed, moving : Body
+        As of `solve_contact`.
+    greatest : Control
+        That meshes and cells are laid for.
+    hardening : Hardening or NonlinearKinematic
+        Of the body that yields.
+    region : Region
+        Of its cells.
+    friction : float
+        Coulomb's coefficient.
+    settings : Settings
+        Of the elastic contact.
+    yields : str
+        "fixed" or "moving".
+    memory_limit : float
+        Of the matrices [bytes].
+
+    Raises
+    ------
+    CellError, TooLargeError
+        And the errors of `solve_contact`.
+
+    Examples
+    --------
+    >>> from rail_fem.bem.verification.exact_problems import two_discs
+    >>> pressed = bem.Control.of(force=(None, -5e6))
+    >>> steel, region = bem.Hardening.linear(300e6, 1e9), bem.Region(9e-3, 9e-3, 1.5e-3)
+    >>> contact = bem.PlasticContact(*two_discs(1.0, bem.STEEL, bem.STEEL), pressed, steel, region)
+    >>> bool(contact.go_to(pressed).step.peeq.max() > 1e-4)
+    True
     """
 
     def __init__(

@@ -70,11 +70,35 @@ class Agreed:
 class PlasticHalfSpace:
     """Contact of an elastic body 1 with an elastic-plastic body 2 on a grid, its state carried from load to load.
 
-    layers, thickness : of the cells in depth; the grid's cells are those of the contact
-    first : body 1; second, hardening : elasticity and yield curve of body 2
-    sliding : traction on body 2 along x and y over the pressure, as of full sliding; its effect on the pressure (for
-        unlike bodies, and by the sideways residual displacement) is left out
-    Errors: those of PlasticBody; NoEquilibriumError.
+    Parameters
+    ----------
+    grid : Grid
+        Of the contact, and of the cells below it.
+    thickness : float
+        Of a layer of cells [m].
+    layers : int
+        Of cells in depth.
+    first, second : Elastic
+        Bodies 1 and 2.
+    hardening : Hardening or NonlinearKinematic
+        Of body 2.
+    sliding : (float, float)
+        Traction on body 2 along x and y over the pressure, as of full sliding; its effect on the pressure (for unlike
+        bodies, and by the sideways residual displacement) is left out.
+
+    Raises
+    ------
+    ContactInputError, NoEquilibriumError
+        Where the yielding zone leaves the grid; where a load is not carried.
+
+    Examples
+    --------
+    >>> grid = bem.Grid.over((-4e-3, 4e-3), (-4e-3, 4e-3), 16, 16)
+    >>> below = bem.PlasticHalfSpace(grid, 0.5e-3, 8, bem.STEEL, bem.STEEL, bem.Hardening.linear(300e6))
+    >>> x, y = grid.points()
+    >>> step = below.press((x**2 + y**2) / 0.6, load=8e3)
+    >>> bool(0 < below.body.state.peeq.max() < 0.01)
+    True
     """
 
     def __init__(

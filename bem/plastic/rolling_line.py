@@ -91,12 +91,40 @@ def rolling_line_contact(
     steps: int = 400,
     jumps: JumpRule = NO_JUMPS,
 ) -> RollingHistory:
-    """`passes` of an elliptic line load with tractions traction_ratio times the pressure along +x over each depth.
+    """An elliptic line load that rolls over a half-space many times: plastic strain at each depth, pass by pass.
 
-    half_width [m], max_pressure [Pa];  depth : (d,) [m];  steps : of a pass over 2 REACH half-widths, finer beneath
-    jumps : by which passes are jumped over, at each depth by itself; all are computed by default
-    Errors: ValueError for bad numbers, NoEquilibriumError where a point would have to carry more shear than it can.
-    Cost: proportional to computed passes, depths and steps (some microseconds each).
+    Parameters
+    ----------
+    law : CyclicLaw
+        Of the steel, `cyclic_law`.
+    half_width, max_pressure : float
+        Of the load [m, Pa].
+    traction_ratio : float
+        Of the traction along +x to the pressure.
+    depth : (d,) array
+        [m].
+    passes : int
+        How many.
+    steps : int
+        Of a pass over 2 REACH half-widths, finer beneath; the cost is some microseconds each, a depth and a pass.
+    jumps : JumpRule
+        By which passes are jumped over, at each depth by itself; all are computed by default.
+
+    Returns
+    -------
+    RollingHistory
+
+    Raises
+    ------
+    ValueError, NoEquilibriumError
+        For bad numbers; where a point would have to carry more shear than it can.
+
+    Examples
+    --------
+    >>> law = bem.cyclic_law(bem.STEEL.young, bem.STEEL.poisson, 300e6)
+    >>> rolled = bem.rolling_line_contact(law, 1e-3, 500e6, 0.0, [0.78e-3], passes=2, steps=100)
+    >>> bool(rolled.plastic_strain.any())  # below 1.79 times the yield stress: elastic
+    False
     """
     depth = np.atleast_1d(np.asarray(depth, float))
     if not (half_width > 0 and np.isfinite(max_pressure) and max_pressure >= 0 and np.isfinite(traction_ratio)):

@@ -56,10 +56,34 @@ def cyclic_law(
     hardening: float = 0.0,
     hardening_rate: float = 0.0,
 ) -> CyclicLaw:
-    """A law from Young's modulus [Pa] and Poisson's ratio; no back stress and no hardening: perfectly plastic.
+    """A steel's law over many cycles; with no back stress and no hardening it is perfectly plastic.
 
-    hardening may be negative (cyclic softening) as long as the yield stress stays positive.
-    Errors: MaterialError (a ValueError) that names the constant, its value and its limit.
+    Parameters
+    ----------
+    youngs_modulus, poisson : float
+        Young's modulus [Pa], Poisson's ratio.
+    yield_stress : float
+        First [Pa].
+    modulus, recovery : (k,) array, optional
+        C [Pa] and gamma of each back stress.
+    mixing : (k,) array or float
+        mu, 0 to 1.
+    hardening, hardening_rate : float
+        What the yield stress gains [Pa], and how fast; negative is cyclic softening, the yield stress stays positive.
+
+    Returns
+    -------
+    CyclicLaw
+
+    Raises
+    ------
+    MaterialError
+        A ValueError that names the constant, its value and its limit.
+
+    Examples
+    --------
+    >>> bem.cyclic_law(210e9, 0.3, 300e6, modulus=[20e9], recovery=[100.0]).recovery
+    array([100.])
     """
     refuse_outside("youngs_modulus", youngs_modulus, 0, np.inf)
     refuse_outside("poisson", poisson, -1, 0.5)

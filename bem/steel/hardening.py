@@ -30,11 +30,24 @@ class YieldLaw(Protocol):
 class Hardening:
     """J2 hardening, linear between the points of a table and constant behind its last.
 
-    strain : (k,) equivalent plastic strain, from 0, strictly increasing [1]
-    stress : (k,) yield stress in tension, positive, never falling       [Pa]
-    kinematic : the yield surface keeps its first size and moves along the curve (Prager) instead of growing
+    Parameters
+    ----------
+    strain : (k,) array
+        Equivalent plastic strain, from 0, strictly increasing.
+    stress : (k,) array
+        Yield stress in tension [Pa], positive, never falling.
+    kinematic : bool
+        The yield surface keeps its first size and moves along the curve (Prager) instead of growing.
 
-    Errors: MaterialError, also for softening: it has no answer that is independent of the cells.
+    Raises
+    ------
+    MaterialError
+        Also for softening: it has no answer that is independent of the cells.
+
+    Examples
+    --------
+    >>> float(bem.Hardening([0.0, 0.1], [300e6, 400e6]).at(0.05))
+    350000000.0
     """
 
     strain: np.ndarray

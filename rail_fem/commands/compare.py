@@ -79,7 +79,7 @@ def compare_studies(folders: list[Path], out: Path | None) -> None:
             emit(studies_facts(folders))
         elif len(folders) == 2 and all(facts["site"] == "crossing" for facts in studies_facts(folders).values()):
             try:
-                compare_pair(*folders, out)
+                compare_pair(folders[0], folders[1], out)
             except ValueError as error:
                 say(f"not by position: {error}")
     except (ValueError, OSError) as error:

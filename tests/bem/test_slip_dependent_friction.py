@@ -5,10 +5,10 @@ import pytest
 
 from bem.exact.kalker_table import coefficients
 from bem.halfspace.fastsim import elliptic_patch, fastsim
-from bem.halfspace.polach import polach_force
 from bem.halfspace.slip_dependent_friction import SlipDependentFriction, share_after, sliding_share
 from bem.material import STEEL
 from bem.patch import ContactInputError, Creepage
+from tests.bem.polach import polach_force
 
 PATCH = elliptic_patch(6e-3, 4e-3, 80e3, (60, 60))
 

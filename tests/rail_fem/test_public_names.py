@@ -190,6 +190,15 @@ def test_the_patch_of_a_sphere_in_two_lines_is_that_of_hertz():
     assert patch.max_pressure == pytest.approx(exact.max_pressure, rel=5e-3)
 
 
+def test_a_line_contact_shakes_down_below_four_shear_yields_of_pressure():
+    """Johnson (1985), section 9.2: elastic below 3.1 k, residual stresses that keep it so up to 4 k."""
+    law, k = bem.cyclic_law(bem.STEEL.young, bem.STEEL.poisson, 300e6), 300e6 / 3**0.5
+    rolled = lambda pressure: bem.rolling_line_contact(law, 1e-3, pressure, 0.0, [0.5e-3, 0.78e-3], 3, 100)
+    grown = [np.diff(rolled(share * k).plastic_strain, axis=0, prepend=0.0) for share in (3.0, 3.8)]
+    assert not grown[0].any()
+    assert grown[1][0].max() > 0 and grown[1][2].max() < 0.01 * grown[1][0].max()
+
+
 def test_the_import_is_light():
     """Neither numerics nor dolfinx, MPI, Gmsh, VTK or matplotlib come with the bare import."""
     code = (

@@ -1,4 +1,4 @@
-"""The law over many cycles in the cells of the boundary elements, by five numbers a deviator, against that of a point."""
+"""The law over many cycles in cells of the boundary elements, by five numbers a deviator, against that of a point."""
 
 import numpy as np
 import pytest

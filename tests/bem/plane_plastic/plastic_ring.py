@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from bem.exact.plastic_ring import PlasticRing
 from bem.material import Elastic
 from bem.plane.boundary import MEMORY_LIMIT, BoundaryProblem, Condition, conditions_of, solution_of
 from bem.plane.curve import arc
@@ -19,6 +18,7 @@ from bem.plane_plastic.increment import Increment
 from bem.plane_plastic.loading import Step, accepted, reach, section_stress
 from bem.plane_plastic.section import PlasticSection
 from bem.steel.hardening import Hardening, YieldLaw
+from tests.bem.plane_plastic.exact_ring import PlasticRing
 from tests.bem.plane_plastic.radial_ring import radial_ring
 
 YIELD, SHEAR = 300e6, 80e9

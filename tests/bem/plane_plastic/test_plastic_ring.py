@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from bem.exact.plastic_ring import PlasticRing
 from bem.material import Elastic
 from bem.plane.boundary import TooLargeError
 from bem.plane_plastic.cells import CellError
@@ -12,6 +11,7 @@ from bem.plane_plastic.section import memory_need
 from bem.plastic.increment import NoEquilibriumError
 from bem.steel.hardening import Hardening
 from bem.steel.nonlinear_kinematic import NonlinearKinematic
+from tests.bem.plane_plastic.exact_ring import PlasticRing
 from tests.bem.plane_plastic.plastic_ring import POISSON, SHEAR, YIELD, polar_means, ring, ring_body, ring_errors
 from tests.bem.plane_plastic.radial_ring import radial_ring
 
