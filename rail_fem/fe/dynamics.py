@@ -16,7 +16,16 @@ from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.domain import raise_together
 from rail_fem.fe.dynamics_part import OF_PARTS, DynamicsPart
 from rail_fem.fe.heap import give_back_free_memory
-from rail_fem.fe.node_kernels import add_motion_energy, all_finite, drift, free_inverse_mass, kick
+from rail_fem.fe.node_kernels import (
+    CHANGED,
+    SMALL,
+    add_motion_energy,
+    all_finite,
+    drift,
+    drift_nodes,
+    free_inverse_mass,
+    kick,
+)
 from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK, VISCOUS_WORK
 from rail_fem.fe.structure import Structure
@@ -48,7 +57,7 @@ class Dynamics:
 
     STATE = ("structure", "parts", "mass_damping", "time", "step_count", "dt", "balance_mark", "updates")
     SUMMED = ("kernel_time",)  # each rank's part of a sum
-    SCRATCH = ("message", "stretches")
+    SCRATCH = ("message", "stretches", "drifts")
 
     def __init__(
         self,
@@ -73,7 +82,8 @@ class Dynamics:
         self.held = np.flatnonzero(held & ~moved[:, None])  # unknowns at rest
         self.moving = ~held.ravel() & ~np.repeat(moved, 3)  # unknowns that move on their own where they are active
         self.inverse_mass = np.zeros(3 * n)
-        self.small_unknown = np.repeat(structure.on_small, 3)
+        self.changed = np.empty(0, np.int64)  # nodes whose velocities parts change after the kick, and ghosts
+        self.marks = np.repeat(structure.on_small * np.int8(SMALL), 3)
         self.message = np.empty(0)  # what the parts sum over the ranks, and the stretch of each
         self.stretches: list[np.ndarray] = []
         self.updates = 0  # of elements so far, of all ranks
@@ -93,7 +103,16 @@ class Dynamics:
             part.follow(touched)
         free_inverse_mass(self.structure.mass, self.moving, inside, self.inverse_mass)
         self.runs, self.owned_runs = runs(touched), runs(touched[: self.domain.n_owned])
+        self.touched_ghosts = self.domain.n_owned + np.flatnonzero(touched[self.domain.n_owned :])
         self.updated_cells = self.structure.count_active()
+        self._mark()
+
+    def _mark(self) -> None:
+        """Which nodes drift after the parts' kicks and not with their own. Rank-local."""
+        marks = self.marks.reshape(-1, 3)
+        marks[self.changed] &= SMALL
+        self.changed = np.unique(np.concatenate([self.touched_ghosts, *(part.changes() for part in self.parts)]))
+        marks[self.changed] |= CHANGED
 
     after_restore = follow
 
@@ -134,18 +153,13 @@ class Dynamics:
         self.dt = dt
 
     def _kick(self, dt: float) -> None:
-        s, n = self.structure, 3 * self.domain.n_owned
+        s = self.structure
         if len(self.held):
             s.v[self.held] = 0.0
+        self.drifts = not any(part.looks() for part in self.parts)
         kick(
-            s.v[:n],
-            s.force[:n],
-            self.inverse_mass[:n],
-            self.mass_damping,
-            dt,
-            self.small_unknown[:n],
-            self.owned_runs,
-            s.works,
+            *(s.v, s.force, self.inverse_mass, self.mass_damping, dt, self.marks, self.owned_runs, s.works),
+            *(s.x, self.drifts),
         )
         self._sum_over_ranks(dt)
         for part, summed in zip(self.parts, self.stretches):
@@ -156,8 +170,8 @@ class Dynamics:
         """What the parts sum over the ranks, in one message: reactions of groups, positions of the nodes near contact.
         Nodes of a group stand there with the group's last velocity: its change of a step moves them by less than a
         nanometre. Collective."""
-        for part in self.parts:
-            part.ready(dt)
+        if sum(part.ready(dt) for part in self.parts):  # every one is asked
+            self._mark()
         sizes = [part.size for part in self.parts]
         if sizes != [len(stretch) for stretch in self.stretches]:
             self.message = np.empty(sum(sizes))
@@ -168,7 +182,11 @@ class Dynamics:
             self.comm.Allreduce(MPI.IN_PLACE, self.message)
 
     def _drift(self, dt: float) -> None:
-        drift(self.structure.x, self.structure.v, dt, self.structure.force, self.runs)
+        s = self.structure
+        if self.drifts:
+            drift_nodes(s.x, s.v, dt, s.force, self.changed)
+        else:
+            drift(s.x, s.v, dt, s.force, self.runs)
         for part in self.parts:
             part.drift(dt)
 

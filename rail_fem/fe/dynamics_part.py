@@ -28,7 +28,7 @@ class Reach(NamedTuple):
 class DynamicsPart:
     """A part of `Dynamics`; what it does not say it does not do. In the order in which a step calls it:
 
-    ready, pack -> one sum over the ranks -> kick;  drift;  moved_on;  add_force
+    looks, ready, pack -> one sum over the ranks -> kick;  drift;  moved_on;  add_force
 
     STATE, SUMMED : what a restart needs (rail_fem.fe.saved_state), SUMMED each rank's part of a sum;  size : numbers of
     the step's message that it fills
@@ -45,6 +45,10 @@ class DynamicsPart:
         """Local nodes (k,) that it moves itself: no step moves them on their own. Rank-local."""
         return np.empty(0, np.int64)
 
+    def changes(self) -> np.ndarray:
+        """Local nodes (k,) whose velocities its kick changes; the others have drifted by then. Rank-local."""
+        return self.moves()
+
     def reach(self) -> Reach | None:
         """The nodes that a step computes, None: all. Rank-local."""
         return None
@@ -52,8 +56,14 @@ class DynamicsPart:
     def follow(self, touched: np.ndarray) -> None:
         """From now on a step computes these nodes (n_nodes,) bool. Rank-local."""
 
-    def ready(self, dt: float) -> None:
-        """Before anything of a step is packed: `size` may change here. Collective."""
+    def looks(self) -> bool:
+        """Whether `ready` will look at nodes beyond those that it `changes`. Replicated."""
+        return False
+
+    def ready(self, dt: float) -> bool:
+        """Before anything of a step is packed: `size` and what it `changes` may change here; true where they have.
+        Collective."""
+        return False
 
     def pack(self, dt: float, mine: np.ndarray) -> None:
         """This rank's share of the sums over all ranks -> mine (size,), overwritten. Forces are those of the elements

@@ -11,40 +11,65 @@ import numpy as np
 
 from kernel_cache import njit
 
+SMALL, CHANGED = 1, 2  # marks of an unknown in `kick`
 
-@njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
-def kick(v, force, inverse_mass, mass_damping, dt, small, runs, works):
-    """Velocities of owned nodes from internal forces; sums up the internal work.
 
-    v, force, inverse_mass, small : (3 n,), inverse_mass 0 where a direction is held or a rigid group moves it, small 1
-        on the small-displacement bodies;  mass_damping [1/s]
-    runs : (k, 2) the unknowns that a step computes, in ranges first..last-1
-    works : (3,) internal work of finite-strain nodes, of small-displacement nodes, damping work, added to [J]
-    """
+CHUNK = 2048  # unknowns whose velocities, forces and positions stay in the first caches
+
+
+@njit(forceinline=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
+def kick_range(v, force, inverse_mass, mass_damping, dt, marks, first, last, works):
+    """`kick` of the unknowns first..last-1."""
     all_power, small_power, damping_work = 0.0, 0.0, 0.0
-    for r in range(runs.shape[0]):
-        for i in range(runs[r, 0], runs[r, 1]):
-            old = v[i]
-            new = old + dt * force[i] * inverse_mass[i]
-            v[i] = new
-            power = 0.5 * force[i] * (old + new)
-            all_power += power
-            small_power += small[i] * power
+    for i in range(first, last):
+        old = v[i]
+        new = old + dt * force[i] * inverse_mass[i]
+        v[i] = new
+        power = 0.5 * force[i] * (old + new)
+        all_power += power
+        small_power += (marks[i] & SMALL) * power
     if mass_damping > 0.0:
-        for r in range(runs.shape[0]):
-            for i in range(runs[r, 0], runs[r, 1]):
-                if inverse_mass[i] > 0.0:
-                    push = 0.5 * dt * force[i] * inverse_mass[i]
-                    mean = v[i] - push  # the velocity before the kick and half of it
-                    old = mean - push
-                    lost = dt * mass_damping * old
-                    v[i] -= lost
-                    damping_work += lost / inverse_mass[i] * (mean - 0.5 * lost)
-                    all_power -= 0.5 * force[i] * lost
-                    small_power -= 0.5 * small[i] * force[i] * lost
+        for i in range(first, last):
+            if inverse_mass[i] > 0.0:
+                push = 0.5 * dt * force[i] * inverse_mass[i]
+                mean = v[i] - push  # the velocity before the kick and half of it
+                old = mean - push
+                lost = dt * mass_damping * old
+                v[i] -= lost
+                damping_work += lost / inverse_mass[i] * (mean - 0.5 * lost)
+                all_power -= 0.5 * force[i] * lost
+                small_power -= 0.5 * (marks[i] & SMALL) * force[i] * lost
     works[0] -= dt * (all_power - small_power)
     works[1] -= dt * small_power
     works[2] += damping_work
+
+
+@njit(forceinline=True, error_model="numpy")
+def drift_range(x, v, dt, force, marks, first, last):
+    """`drift` of the unknowns first..last-1 that are not marked as CHANGED."""
+    for i in range(first, last):
+        later = x[i] + dt * v[i]
+        x[i] = x[i] if marks[i] & CHANGED else later
+        force[i] = force[i] if marks[i] & CHANGED else 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def kick(v, force, inverse_mass, mass_damping, dt, marks, runs, works, x, drifts):
+    """Velocities of owned nodes from internal forces; sums up the internal work. Where it `drifts`, positions too of
+    unknowns that nothing else changes in the step; forces there start at 0.
+
+    v, force, inverse_mass, marks, x : (3 n,), inverse_mass 0 where a direction is held or a part moves it, marks
+        SMALL on the small-displacement bodies, CHANGED where a part changes velocities after the kick;
+    mass_damping [1/s];  runs : (k, 2) the unknowns that a step computes, in ranges first..last-1
+    works : (3,) internal work of finite-strain nodes, of small-displacement nodes, damping work, added to [J]
+    """
+    for r in range(runs.shape[0]):
+        end = runs[r, 1]
+        for first in range(runs[r, 0], end, np.uint64(CHUNK)):
+            last = min(first + np.uint64(CHUNK), end)
+            kick_range(v, force, inverse_mass, mass_damping, dt, marks, first, last, works)
+            if drifts:
+                drift_range(x, v, dt, force, marks, first, last)
 
 
 @njit(cache=True, error_model="numpy")
@@ -59,11 +84,21 @@ def group_reactions(force, members, first, out):
 
 
 @njit(cache=True, error_model="numpy")
-def impose_velocity(v, members, velocity):
-    """Velocity (3,) of a rigid group onto its nodes, in v (3 n,)."""
-    for n in members:
-        for c in range(3):
-            v[3 * n + c] = velocity[c]
+def impose_velocities(v, members, first, velocity):
+    """Velocities (n_groups, 3) of rigid groups onto their nodes members[first[g]:first[g+1]], in v (3 n,)."""
+    for g in range(velocity.shape[0]):
+        for k in range(first[g], first[g + 1]):
+            for c in range(3):
+                v[3 * members[k] + c] = velocity[g, c]
+
+
+@njit(cache=True, error_model="numpy")
+def drift_nodes(x, v, dt, force, nodes):
+    """Positions after the step of these nodes; forces there start at 0."""
+    for n in nodes:
+        for i in range(3 * n, 3 * n + 3):
+            x[i] += dt * v[i]
+            force[i] = 0.0
 
 
 @njit(cache=True, error_model="numpy")

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from rail_fem.fe.dynamics_part import DynamicsPart
-from rail_fem.fe.node_kernels import group_reactions, impose_velocity
+from rail_fem.fe.node_kernels import group_reactions, impose_velocities
 from rail_fem.fe.structure import Structure
 
 
@@ -177,24 +177,28 @@ class Supports(DynamicsPart):
 
     def follow(self, touched: np.ndarray) -> None:
         """Which nodes, and which of the owned, move with each group."""
-        self.members = [
+        members = [
             local[touched[local]] if group.holds is None else group.holds
             for group, local in zip(self.groups, self.grouped)
         ]
-        owned = [local[local < self.structure.domain.n_owned] for local in self.members]
-        self.owned_members = np.concatenate([np.empty(0, np.int64), *owned])
-        self.first_member = np.cumsum([0, *map(len, owned)])
+        owned = [local[local < self.structure.domain.n_owned] for local in members]
+        self.members, self.owned_members = (np.concatenate([np.empty(0, np.int64), *of]) for of in (members, owned))
+        self.first_member, self.first_owned = (np.cumsum([0, *map(len, of)]) for of in (members, owned))
+
+    def changes(self) -> np.ndarray:
+        return self.members
 
     def pack(self, dt: float, mine: np.ndarray) -> None:
-        group_reactions(self.structure.force, self.owned_members, self.first_member, mine.reshape(-1, 3))
+        group_reactions(self.structure.force, self.owned_members, self.first_owned, mine.reshape(-1, 3))
 
     def kick(self, dt: float, summed: np.ndarray) -> None:
         self.advance(summed.reshape(-1, 3), dt)
         self.impose()
 
     def impose(self) -> None:
-        for group, local in zip(self.groups, self.members):
-            impose_velocity(self.structure.v, local, group.velocity)
+        if self.groups:
+            velocity = np.array([group.velocity for group in self.groups])
+            impose_velocities(self.structure.v, self.members, self.first_member, velocity)
 
     def advance(self, reactions: np.ndarray, dt: float) -> None:
         """Kick: velocities of all groups from element reactions (n_groups, 3) [N], loads and links. Replicated."""

@@ -81,11 +81,11 @@ PARTS: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
     ("travelling window", Dynamics, ("follow",)),
     ("sums of forces", Recorder, ("after_step",)),
     ("exchange of ghosts", Domain, ("sum_to_owner", "copy_to_ghosts")),
-    ("motion of the nodes", dynamics_module, ("kick", "drift")),
+    ("motion of the nodes", dynamics_module, ("kick", "drift", "drift_nodes")),
     ("motion of the nodes", contact_module, ("apply_contact",)),
     ("all else", Dynamics, ("step",)),
     ("all else", Run, ("_step",)),
-    ("rigid groups, springs, dampers", supports_module, ("group_reactions", "impose_velocity")),
+    ("rigid groups, springs, dampers", supports_module, ("group_reactions", "impose_velocities")),
     ("projections", contact_kernels, ("predict",)),
 )
 

@@ -83,11 +83,17 @@ class Contact(DynamicsPart):
         self.rows = np.zeros((k + len(self.pairs[1].slaves), PROJECTION))
         self.sticking, self.moved, self.drag = np.zeros(k, np.bool_), np.zeros((k, 3)), np.zeros((k, 3))
 
-    def ready(self, dt: float) -> None:
+    def changes(self) -> np.ndarray:
+        return self.own_local
+
+    def looks(self) -> bool:
+        return self.search.steps_left <= 0
+
+    def ready(self, dt: float) -> bool:
         """A search where one is due."""
         rubbed, watched = self.pairs[0].slaves, self.watched
         if not self.search.due(dt):
-            return
+            return False
         slaves = self.pairs[0].slaves
         slip = self.slip[slaves]
         self.slip[rubbed] = 0.0
@@ -95,6 +101,7 @@ class Contact(DynamicsPart):
         for of_nodes in (self.force, self.normal_force, self.pressure_at):
             of_nodes[watched] = 0.0
         self.after_restore()
+        return True
 
     def pack(self, dt: float, mine: np.ndarray) -> None:
         """Watched nodes of this rank at `structure.x` and, by `structure.v` (velocity without contact), dt [s] later; 0
