@@ -18,12 +18,11 @@ from scipy.linalg import LinAlgError
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from bem.plane_plastic.section import PlasticSection, flat, unflat
-from bem.plastic.increment import NoEquilibriumError
+from bem.plastic.increment import NoEquilibriumError, damped_newton
 from bem.steel.return_map import Returned, radial_return
 
 MOST_NEWTON = 30
 COLLAPSED = 0.05  # plastic strain at which a load counts as not carried
-_HALVINGS = 6
 _DIRECT = 900  # unknowns up to which the linear system is factorised
 
 Tangent = tuple[np.ndarray, np.ndarray]  # (3 a, r) and (r, 3 a), whose product is the load's derivative
@@ -65,29 +64,14 @@ def solve_increment(
             scale * float(np.sqrt((residual.reshape(3, -1) ** 2).sum(axis=0).max(initial=0.0))),
         )
 
-    d = np.zeros(len(before)) if start is None else start.copy()
-    returned, residual, strain, error = mismatch(d)
-    residuals = [error]
-    for _ in range(MOST_NEWTON):
-        if error <= tolerance:
-            _refuse_collapse(section, returned)
-            return Increment(returned, before + d - residual, strain, residuals)
-        if not np.isfinite(error):
-            break
-        step = _newton_step(section.matrix, load(before + d, True)[1], returned, residual, error)
-        share = 1.0
-        for _ in range(_HALVINGS):
-            new = mismatch(d + share * step)
-            if new[3] < error:
-                break
-            share /= 2
-        d = d + share * step
-        returned, residual, strain, error = new
-        residuals.append(error)
-    raise NoEquilibriumError(
-        f"plastic strain not in equilibrium after {len(residuals) - 1} Newton steps: stress still off by {error:.2g} of"
-        " the yield stress"
-    )
+    def change(at, found) -> tuple[np.ndarray]:
+        returned, residual, _, error = found
+        return (_newton_step(section.matrix, load(before + at[0], True)[1], returned, residual, error),)
+
+    begin = np.zeros(len(before)) if start is None else start.copy()
+    (d,), (returned, residual, strain, _), residuals = damped_newton(mismatch, change, (begin,), tolerance, MOST_NEWTON)
+    _refuse_collapse(section, returned)
+    return Increment(returned, before + d - residual, strain, residuals)
 
 
 def _refuse_collapse(section: PlasticSection, returned: Returned) -> None:

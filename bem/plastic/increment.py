@@ -10,6 +10,7 @@ even without hardening. Only yielding cells take part.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,35 +57,49 @@ def solve_increment(
     shear, before = influence.elastic.shear, influence.products
     scale = np.sqrt(1.5) * 2 * shear / hardening.first_yield
     d = np.zeros_like(held) if start is None else start
-    interaction = influence.deviator(d) if d.any() else np.zeros_like(held)
 
     def mismatch(d: np.ndarray, interaction: np.ndarray) -> tuple[Returned, np.ndarray, float]:
         returned = radial_return(held + interaction + 2 * shear * d, state, hardening, shear)
         residual = d - returned.increment
         return returned, residual, scale * float(np.sqrt(np.einsum("kc...,kc...->k...", residual, residual).max()))
 
-    returned, residual, error = mismatch(d, interaction)
-    residuals = [error]
-    for _ in range(_MOST_NEWTON):
-        if error <= tolerance:
-            deviator = held + interaction
-            return Increment(returned, deviator, interaction, residuals, influence.products - before)
-        step = _newton_step(influence, returned, residual, shear, error)
-        change = influence.deviator(step)
-        share = 1.0
+    def change(_, found) -> tuple[np.ndarray, np.ndarray]:
+        step = _newton_step(influence, found[0], found[1], shear, found[2])
+        return step, influence.deviator(step)
+
+    begin = d, influence.deviator(d) if d.any() else np.zeros_like(held)
+    (_, interaction), (returned, *_), residuals = damped_newton(mismatch, change, begin, tolerance, _MOST_NEWTON)
+    return Increment(returned, held + interaction, interaction, residuals, influence.products - before)
+
+
+def damped_newton(
+    mismatch: Callable, change: Callable, start: tuple[np.ndarray, ...], tolerance: float, most: int
+) -> tuple[tuple[np.ndarray, ...], tuple, list[float]]:
+    """Unknowns, what `mismatch` says of them, and the errors of all steps, once the last is within the tolerance.
+
+    mismatch : unknowns -> anything, its last the error;  change : unknowns, what mismatch said -> a full step, halved
+    until the error falls
+    Errors: NoEquilibriumError after `most` steps, or where the error is no number.
+    """
+    at, found = start, mismatch(*start)
+    errors = [found[-1]]
+    for _ in range(most):
+        if errors[-1] <= tolerance:
+            return at, found, errors
+        if not np.isfinite(errors[-1]):
+            break
+        step, share = change(at, found), 1.0
         for _ in range(_HALVINGS):
-            new = mismatch(d + share * step, interaction + share * change)
-            if new[2] < error:
+            new = mismatch(*(one + share * more for one, more in zip(at, step, strict=True)))
+            if new[-1] < found[-1]:
                 break
             share /= 2
-        d, interaction = d + share * step, interaction + share * change
-        returned, residual, error = new
-        residuals.append(error)
-        if not np.isfinite(error):
-            break
+        at = tuple(one + share * more for one, more in zip(at, step, strict=True))
+        found = new
+        errors.append(found[-1])
     raise NoEquilibriumError(
-        f"plastic strain not in equilibrium after {len(residuals) - 1} Newton steps: stress still off by {error:.2g} of"
-        " the yield stress; take smaller load steps"
+        f"plastic strain not in equilibrium after {len(errors) - 1} Newton steps: stress still off by {errors[-1]:.2g}"
+        " of the yield stress; take smaller load steps"
     )
 
 
