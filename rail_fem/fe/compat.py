@@ -25,6 +25,11 @@ with tempfile.TemporaryDirectory() as _empty, contextlib.chdir(_empty):
         from dolfinx.fem import petsc  # noqa: F401
     except ImportError:  # a dolfinx without PETSc
         petsc = None
+    try:
+        from petsc4py import PETSc
+        from slepc4py import SLEPc
+    except ImportError:  # of the package index
+        PETSc = SLEPc = None
     for _compiler in (jit, ffcx):
         (getattr(_compiler, "get_options", None) or _compiler.get_parameters)()  # kept from the first call on
 

@@ -78,6 +78,7 @@ def choose_scaling(
     mesh: HexMesh | None,
     comm,
     window: tuple[Slabs, Extent] | None = None,
+    behind: float = 0.0,
 ) -> MassScaling:
     """The factor that the settings ask for. mesh : root only;  window : that travels with the wheel: what lies outside
     is part of the rigid base and its mesh weighs what the base does. Collective.
@@ -87,7 +88,7 @@ def choose_scaling(
     steel = comm.bcast(None if mesh is None else mesh_masses(mesh, steel_masses(mesh, steels), window), root=0)
     bodies = {
         "crossing": _crossing_mass(scene, settings, steel["crossing"]),
-        "wheel": scene.vehicle.wheel_unsprung_mass,
+        "wheel": scene.vehicle.wheel_unsprung_mass - behind,
     }
     scaling = MassScaling(1.0, steel, bodies, transit_ratio(scene, 1.0), "")
     if settings.scaled_elements == "small" and settings.mass_scaling != 1.0:

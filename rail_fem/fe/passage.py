@@ -1,6 +1,7 @@
 """A scene as bodies that can move: meshes in place, materials, supports, contact (thesis section 7.2.1).
 
-The wheel is the elastic bottom of a rim on a rigid axle. Its mesh travels with the axle and does not spin: a body of
+The wheel is the elastic bottom of a rim on a rigid axle, or on the elastic rest of the wheel
+(rail_fem.fe.elastic_group). Its mesh travels with the axle and does not spin: a body of
 revolution that stays elastic looks the same however far it has turned, so its fine patch stays at the bottom and the
 material flows through it. What that leaves out is of order (V/c)^2 = 1e-4 (inertia of the flow). How fast it flows is
 the spin of half a wheelset: its speed along x is given, its rotation free against its inertia. What the other wheel's
@@ -23,6 +24,7 @@ from rail_fem.fe.contact.search import ContactSettings
 from rail_fem.fe.contact.surface import ContactSurfaces, Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.elastic_group import Condensed, ElasticGroup
 from rail_fem.fe.lateral_guide import LateralGuide
 from rail_fem.fe.mass_scaling import MassScaling, choose_scaling
 from rail_fem.fe.pass_supports import build_supports, set_lumped_masses
@@ -75,6 +77,7 @@ def build_passage(
     datum_height: float,
     start: StartState | None = None,
     aside: LateralStart | None = None,
+    behind: Condensed | None = None,
 ) -> Passage:
     """Bodies, supports and contact. Collective.
 
@@ -82,6 +85,7 @@ def build_passage(
     datum_height : of the wheel's D0 at the start [m]
     start : where settling ends; None: at rest under the static load
     aside : the wheelset across the track on a diverging route; None: its lateral position is given
+    behind : what of the wheel lies behind its mesh; None: rigid
     """
     start = start or at_rest(scene, settings, running)
     surface = comm.bcast(None if mesh is None else (mesh.surface, mesh.surface_region, mesh.clamp), root=0)
@@ -91,7 +95,8 @@ def build_passage(
     domain = Domain(comm, **({} if mesh is None else shared_mesh(mesh, slabs, comm.size, axis)))
     steels = scene.materials.steels()
     extent = Extent(running.start, running.sign, *settings.window_lengths)
-    scaling = choose_scaling(scene, settings, steels, mesh, comm, None if slabs is None else (slabs, extent))
+    weight = 0.0 if behind is None else behind.weight
+    scaling = choose_scaling(scene, settings, steels, mesh, comm, None if slabs is None else (slabs, extent), weight)
     structure = Structure(
         domain,
         scaling.densities(steels),
@@ -109,7 +114,16 @@ def build_passage(
         mesh_mass=float(sum(masses[body] for body in CROSSING)),
         moving_mass=None if slabs is None else scaling.meshes["crossing"],
     )
-    axle = RigidGroup("axle", clamp[is_wheel], mesh_mass=float(masses[PassBody.WHEEL]))
+    axle = RigidGroup("axle", clamp[is_wheel], mesh_mass=float(masses[PassBody.WHEEL]) + weight)
+    if behind is not None and scene.wheel_body is not None:
+        axle = ElasticGroup(
+            axle.name,
+            axle.input_nodes,
+            mesh_mass=axle.mesh_mass,
+            body=behind,
+            origin=np.array([running.start, running.datum_y, datum_height]),
+            damping_ratio=scene.wheel_body.damping_ratio,
+        )
     wheel_factor = scaling.meshes["wheel"] / scaling.steel["wheel"]
     held = build_supports(scene, settings, running, start, aside, crossing, axle, wheel_factor)
     of_crossing = np.isin(quad_region, CROSSING)

@@ -24,6 +24,8 @@ from geometry.meshing.quality import eigen_length
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.surface import ContactSurfaces
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.dynamics_part import DynamicsPart
+from rail_fem.fe.elastic_group import ElasticGroup
 from rail_fem.fe.pass_supports import loaded_stiffness
 from rail_fem.fe.passage import Passage, start_velocities
 from rail_fem.fe.state import LINEAR_VISCOSITY, QUADRATIC_VISCOSITY
@@ -65,7 +67,7 @@ def settle_in_place(
     stiffness = loaded_stiffness(scene, passage.running)
     relaxing, axle, frequency = _relaxing(passage, stiffness)
     error = _relax(relaxing, axle, passage.start.force, frequency, stiffness, most_steps, tell)
-    passage.axle.displacement[2] = axle.displacement[2]
+    passage.axle.stand_as(axle)
     if passage.sprung is not None:
         passage.sprung.displacement[2] = axle.displacement[2]
     passage.dynamics.structure.v[:] = 0.0
@@ -79,17 +81,36 @@ def _relaxing(passage: Passage, stiffness: float) -> tuple[Dynamics, RigidGroup,
     wheel on its contact [rad/s]. Collective."""
     structure = _with_even_steps(passage.dynamics.structure)
     base = RigidGroup("base", passage.crossing.input_nodes)
-    axle = RigidGroup("axle", passage.axle.input_nodes)
     of_pass = passage.dynamics.contact
     surfaces = ContactSurfaces(structure, *of_pass.surfaces.each())
     contact = Contact(surfaces, replace(of_pass.settings, friction=0.0, refresh=LOOK))
     owned = structure.domain.n_owned
     wheel = structure.mass[:owned] @ passage.on_wheel[:owned]
     frequency = np.sqrt(stiffness / structure.domain.comm.allreduce(float(wheel)))
+    axle = passage.axle.relaxing(DAMPING * frequency)
     structure.v[:] = 0.0
     still = (passage.dynamics.inverse_mass == 0.0).reshape(-1, 3) & ~passage.on_wheel[:, None]
-    relaxing = Dynamics(structure, Supports([base, axle]), contact, still, DAMPING * frequency)
+    along = [_GoingAlong(axle, passage.on_wheel)] if isinstance(axle, ElasticGroup) else []
+    relaxing = Dynamics(structure, Supports([base, axle]), contact, still, DAMPING * frequency, more=along)
     return relaxing, axle, frequency
+
+
+class _GoingAlong(DynamicsPart):
+    """Carries the nodes of a body along with the rigid motion of its elastic base, which leans slowly: against their
+    damping it would take long."""
+
+    def __init__(self, group: ElasticGroup, nodes: np.ndarray) -> None:
+        self.group, self.nodes = group, nodes
+
+    def join(self, structure: Structure) -> None:
+        held, _ = structure.domain.local_nodes(self.group.input_nodes, owned_only=False)
+        own = np.setdiff1d(np.flatnonzero(self.nodes), held)
+        self.place = structure.x.reshape(-1, 3)
+        self.own, self.along = own, self.group.rigid_functions(structure.domain.reference.reshape(-1, 3)[own])
+
+    def drift(self, dt: float) -> None:
+        velocity = (self.along @ self.group.rigid_rates).reshape(-1, 3) + self.group.velocity
+        self.place[self.own] += dt * velocity
 
 
 def _with_even_steps(structure: Structure) -> Structure:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import fsum
-from typing import Protocol
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -46,12 +46,47 @@ class RigidGroup:
     # force of the elements on the group in the last step [N]
     reaction: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
-    STATE = ("added_mass", "free", "load", "velocity", "displacement", "load_work", "reaction")
+    STATE: ClassVar[tuple[str, ...]] = (
+        "added_mass",
+        "free",
+        "load",
+        "velocity",
+        "displacement",
+        "load_work",
+        "reaction",
+    )
+
+    frequency: ClassVar[float] = 0.0  # above those of what it moves by forces of its own [rad/s]
+    size: ClassVar[int] = 0  # of what it sums over the ranks in a step, beside the reaction
+
+    def join(self, structure: Structure, local: np.ndarray) -> None:
+        """Take nodes (k,) of this rank. Collective."""
+        if self.holds is None:
+            owned = structure.mass[local[local < structure.domain.n_owned]]
+            self.node_mass = structure.domain.comm.allreduce(float(owned.sum()))
+
+    def pack(self, force: np.ndarray, mine: np.ndarray) -> None:
+        """This rank's share of what the group sums over all ranks beside the reaction -> mine (size,), from the
+        elements' forces (3 n,) [N]."""
+
+    def take(self, summed: np.ndarray) -> None:
+        """Those sums (size,), before `kick`."""
+
+    def bend(self, v: np.ndarray) -> None:
+        """What its nodes' velocities have beside its own, added in v (3 n,) [m/s]."""
 
     @property
     def mass(self) -> float:
         """Of nodes and added mass [kg], without `lateral_mass`."""
         return self.node_mass + self.added_mass
+
+    def relaxing(self, damping: float) -> RigidGroup:
+        """The same nodes, moved by who relaxes the bodies on them with damping [1/s]."""
+        return RigidGroup(self.name, self.input_nodes)
+
+    def stand_as(self, other: Any) -> None:
+        """Take the place of the group of `relaxing`."""
+        self.displacement[2] = other.displacement[2]
 
     def add_mass_up_to(self, total: float, remedy: str) -> None:
         """Added mass such that group and mesh together weigh `total` [kg]. Errors: ValueError where the mesh alone
@@ -133,23 +168,29 @@ class Link:
         return 0.5 * self.stiffness * self.stretch() ** 2
 
 
-class HeldAcross(Protocol):
+@runtime_checkable
+class Springs(Protocol):
+    """What has springs and dampers of its own: `dissipated` by these so far [J]."""
+
+    dissipated: float
+
+    def spring_power(self) -> float:
+        """Power of the springs on what they join [W]."""
+
+    def spring_energy(self) -> float:
+        """In the springs [J]."""
+
+
+class HeldAcross(Springs, Protocol):
     """What holds a group along y, such as rail_fem.fe.lateral_guide.LateralGuide."""
 
     axle: RigidGroup
-    dissipated: float
 
     def spring_force(self) -> float:
         """Of springs on the group along y [N]."""
 
     def creep_force(self) -> float:
         """Of what slides, along y [N]."""
-
-    def spring_power(self) -> float:
-        """Power of the springs on the group [W]."""
-
-    def spring_energy(self) -> float:
-        """In the springs [J]."""
 
     def book(self, force: float, old: float, dt: float) -> None:
         """Add the work that a sliding force [N] took from the group in a step from lateral velocity `old` [m/s]."""
@@ -162,15 +203,14 @@ class Supports(DynamicsPart):
 
     def __init__(self, groups: list[RigidGroup], links: Sequence[Link] = (), guides: Sequence[HeldAcross] = ()):
         self.groups, self.links, self.guides = list(groups), list(links), list(guides)
-        self.size = 3 * len(self.groups)
+        self.ends = np.cumsum([3 * len(self.groups), *(group.size for group in self.groups)])
+        self.size = int(self.ends[-1])
 
     def join(self, structure: Structure) -> None:
         self.structure, domain = structure, structure.domain
         self.grouped = [domain.local_nodes(group.input_nodes, owned_only=False)[0] for group in self.groups]
         for group, local in zip(self.groups, self.grouped):
-            if group.holds is None:
-                owned = structure.mass[local[local < domain.n_owned]]
-                group.node_mass = domain.comm.allreduce(float(owned.sum()))
+            group.join(structure, local)
 
     def moves(self) -> np.ndarray:
         return np.concatenate([np.empty(0, np.int64), *self.grouped])
@@ -189,16 +229,24 @@ class Supports(DynamicsPart):
         return self.members
 
     def pack(self, dt: float, mine: np.ndarray) -> None:
-        group_reactions(self.structure.force, self.owned_members, self.first_owned, mine.reshape(-1, 3))
+        reactions, *rest = np.split(mine, self.ends)
+        group_reactions(self.structure.force, self.owned_members, self.first_owned, reactions.reshape(-1, 3))
+        for group, own in zip(self.groups, rest):
+            group.pack(self.structure.force, own)
 
     def kick(self, dt: float, summed: np.ndarray) -> None:
-        self.advance(summed.reshape(-1, 3), dt)
+        reactions, *rest = np.split(summed, self.ends)
+        for group, own in zip(self.groups, rest):
+            group.take(own)
+        self.advance(reactions.reshape(-1, 3), dt)
         self.impose()
 
     def impose(self) -> None:
         if self.groups:
             velocity = np.array([group.velocity for group in self.groups])
             impose_velocities(self.structure.v, self.members, self.first_member, velocity)
+        for group in self.groups:
+            group.bend(self.structure.v)
 
     def advance(self, reactions: np.ndarray, dt: float) -> None:
         """Kick: velocities of all groups from element reactions (n_groups, 3) [N], loads and links. Replicated."""
@@ -226,9 +274,12 @@ class Supports(DynamicsPart):
             g.drift(dt)
 
     @property
-    def parts(self) -> list[Link | HeldAcross]:
+    def parts(self) -> list[Springs]:
         """What has springs and dampers."""
-        return [*self.links, *self.guides]
+        return [*self.links, *self.guides, *(group for group in self.groups if isinstance(group, Springs))]
+
+    def frequency(self) -> float:
+        return max((group.frequency for group in self.groups), default=0.0)
 
     def power(self) -> float:
         """Of all springs on the groups [W]."""

@@ -15,17 +15,21 @@ from typing import cast
 import numpy as np
 from mpi4py import MPI
 
+from bem.material import Elastic
 from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.quality import MeshQuality, mesh_quality
+from geometry.meshing.wheel import WheelMeshSpec
 from geometry.surfaces.bodies import REGIONS
 from kernel_cache import working_time
 from rail_fem.contact.rigid import ends_with_path
 from rail_fem.fe import trust
 from rail_fem.fe.carried import lay_in, steel_after
 from rail_fem.fe.diagnostics import outcome_on_beam, slowest_elements, strain_peaks, trust_facts
+from rail_fem.fe.elastic_group import Condensed
 from rail_fem.fe.meshing import Placed, make_mesh
 from rail_fem.fe.metal import metal
 from rail_fem.fe.passage import build_passage
+from rail_fem.fe.plan.kept_meshes import kept
 from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.running import Running, running_of
 from rail_fem.fe.start_state import StartState
@@ -43,10 +47,12 @@ from rail_fem.result.result import Cost, PassResult, load
 from rail_fem.result.runfolder import digest, fingerprint
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import TWIN_COST, FeSettings
+from rail_fem.static_fe.wheel_base import condensed_wheel
 
 # size of the twin's elements: over the run's, the next where the first cannot be meshed or folds; at most [m] (larger
 # ones cannot be meshed), and over the run's at least
 TWINS, LARGEST_TWIN, LEAST_TWIN = (2.0, 1.5), 6e-3, 1.25
+HIGHEST_MODE = 3e3  # of the wheel behind its mesh [Hz]
 MESH_ARRAYS = ("points", "cells", "region", "surface", "surface_region", "clamp")
 MESH_REMEDY = "remove it: --restart makes the mesh again, and goes on with the run if it comes out the same"
 
@@ -112,10 +118,11 @@ def _passes(
             f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes; kernels are compiled now where they are not"
             " yet (once, some minutes)"
         )
+    wheel = wheel_behind(scene, settings)
     carried, results = None, []
     for number in range(1, settings.passes + 1):
         below = _folder_of(folder, number, settings.passes)
-        passage = build_passage(comm, scene, settings, running, mesh, datum, start, aside)
+        passage = build_passage(comm, scene, settings, running, mesh, datum, start, aside, wheel)
         if carried is not None:
             lay_in(passage, carried)
         identity = identity | {"mesh": seal, "pass": str(number)}
@@ -152,6 +159,22 @@ def judged_over_passes(last: PassResult, results: list[PassResult]) -> PassResul
     return replace(
         last, trust={**last.trust, "rows": rows}, warnings=(*of_rows, *before, *others[-1]), error_estimate=worst
     )
+
+
+def wheel_behind(scene: Scene, settings: FeSettings) -> Condensed | None:
+    """The scene's elastic wheel without what is meshed of it; None where it is rigid. Collective.
+
+    Errors: ValueError for a wheel from a mesh file.
+    """
+    if (body := scene.wheel_body) is None:
+        return None
+    if settings.mesh:
+        raise ValueError("scene.wheel_body: a wheel from a mesh file ends where it is held: leave the body out")
+    steel = scene.materials.wheel.steel()
+    elastic = Elastic(steel.youngs_modulus, steel.poisson)
+    sector = settings.wheel_depth, WheelMeshSpec.half_angle
+    make = partial(condensed_wheel, body, scene.wheel.radius, *sector, elastic, steel.density, HIGHEST_MODE)
+    return on_root(partial(kept, make, Condensed))
 
 
 def placed_across(scene: Scene, settings: FeSettings) -> tuple[Scene, LateralStart | None]:

@@ -46,8 +46,11 @@ class WheelModes(NamedTuple):
         return self.mass * (2 * np.pi * self.frequency) ** 2
 
 
-def wheel_section(body: WheelBody, radius: float, contact: float, element: float = ELEMENT) -> RingSection:
-    """The wheel's section with nodes at the contact, y = `contact` on the tread [m]. radius : at the tread datum [m].
+def wheel_section(
+    body: WheelBody, radius: float, contact: float, element: float = ELEMENT, within_rim: float | None = None
+) -> RingSection:
+    """The wheel's section with nodes at the contact, y = `contact` on the tread [m]. radius : at the tread datum [m];
+    within_rim : depth below it of one more line of nodes [m]
 
     Errors: ValueError for a wheel whose rim reaches down to its hub.
     """
@@ -63,7 +66,7 @@ def wheel_section(body: WheelBody, radius: float, contact: float, element: float
     if not flange[1] <= contact <= rim[1]:
         raise ValueError(f"the contact at y = {contact * 1e3:g} mm is not on the tread behind the flange")
     r_lines = [body.bore_radius, body.hub_radius, inner, radius, radius + body.flange_height]
-    r = _filled(r_lines, element)
+    r = _filled(r_lines + ([] if within_rim is None else [radius - within_rim]), element)
     y = _filled([middle - half, middle + half, *web, *rim, flange[1], contact], element)
     at_r, at_y = ((lines[1:] + lines[:-1]) / 2 for lines in (r, y))
     within = lambda lines, low, high: (lines > low) & (lines < high)

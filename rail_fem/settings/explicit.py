@@ -247,7 +247,7 @@ class FeSettings(Frozen):
     @property
     def flexible_parts(self) -> tuple[str, ...]:
         """What of the scene this model lets move, where the scene has it."""
-        return ("bearers",)
+        return ("bearers", "wheel_body")
 
     def stands_on_beam(self, scene: Scene) -> bool:
         """Whether the crossing stands on bearers."""
@@ -299,6 +299,10 @@ class FeWindowSettings(FeSettings):
     @property
     def takes_diverging_route(self) -> bool:
         return False  # the approach by rigid_hertz moves vertically
+
+    @property
+    def flexible_parts(self) -> tuple[str, ...]:
+        return ("bearers",)  # with which of a wheel's modes it arrives is not handed over
 
     approach_start: (
         Annotated[

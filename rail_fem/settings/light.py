@@ -241,9 +241,8 @@ def _diverging_errors(scene: Scene, settings: Frozen) -> list[str]:
 def _flexible_part_errors(scene: Scene, settings: Frozen) -> list[str]:
     moved = getattr(settings, "flexible_parts", ())
     return [
-        f"scene.{part} is for lumped, rigid_hertz (degrees_of_freedom vertical), bem_passage"
-        f"{', bem_plastic, fe_full and fe_window' if part == 'bearers' else ' and bem_plastic'}: leave it out, or leave"
-        " out this model"
+        f"scene.{part} is for lumped, rigid_hertz (degrees_of_freedom vertical), bem_passage, bem_plastic"
+        f"{', fe_full and fe_window' if part == 'bearers' else ' and fe_full'}: leave it out, or leave out this model"
         for part in FLEXIBLE_PARTS
         if part not in moved and getattr(scene, part) is not None
     ]

@@ -1,10 +1,11 @@
 """A short coarse pass, started by test_passage.py on 1, 2 and 3 ranks: prints its last numbers, and can be cut off and
 gone on with.
 
-    python -m mpi4py tests/fe/passage_job.py STEPS [FOLDER [copy|restart|full|small]]
+    python -m mpi4py tests/fe/passage_job.py STEPS [FOLDER [copy|restart|full|small|elastic]]
 
 copy: half way the folder is copied to FOLDER_cut, as a kill at that moment would leave it; full: with the fully
-integrated element; small: with heavier small elements.
+integrated element; small: with heavier small elements; elastic: on the coarse elastic wheel of
+tests/fe/elastic_wheel.py.
 """
 
 import hashlib
@@ -18,6 +19,7 @@ from mpi4py import MPI
 
 from rail_fem.case.casefile import load_case
 from rail_fem.models import fe_full
+from tests.fe.elastic_wheel import on_elastic_wheel, wheel_behind
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -43,6 +45,7 @@ def main(steps: int, folder: Path | None = None, how: str = "") -> None:
             "element": "full" if how == "full" else "one-point",
         }
     )
+    scene = on_elastic_wheel(case.scene) if how == "elastic" else case.scene
     step = fe_full.Run._step
 
     def copy_half_way(run):  # no last row, no result: what is on the disk after a restart file
@@ -53,8 +56,9 @@ def main(steps: int, folder: Path | None = None, how: str = "") -> None:
                 shutil.copytree(folder, f"{folder}_cut")
             MPI.COMM_WORLD.barrier()
 
-    with patch.object(fe_full.Run, "_step", copy_half_way if how == "copy" else step):
-        result = fe_full.solve(case.scene, settings, folder, restart=how == "restart")
+    stepping = patch.object(fe_full.Run, "_step", copy_half_way if how == "copy" else step)
+    with stepping, patch.object(fe_full, "wheel_behind", wheel_behind):
+        result = fe_full.solve(scene, settings, folder, restart=how == "restart")
     if MPI.COMM_WORLD.rank == 0:
         names = (
             "time",
@@ -66,6 +70,7 @@ def main(steps: int, folder: Path | None = None, how: str = "") -> None:
             "energy_plastic",
             "energy_hourglass",
             "energy_balance",
+            "energy_springs",
         )
         digest = hashlib.sha256(
             b"".join(result.history[name].tobytes() for name in sorted(result.history) if name != "time")

@@ -27,6 +27,7 @@ from rail_fem.files.sealed import SealError
 from rail_fem.models import fe_full
 from rail_fem.scene.steel import MN13
 from rail_fem.settings.explicit import FeSettings
+from tests.fe.elastic_wheel import coarse_wheel, on_elastic_wheel
 from tests.rail_fem.test_readme import ROOT
 
 OURS, NOT_OURS = ("rail_fem", "geometry", "bem"), ("dolfinx", "mpi4py")
@@ -63,13 +64,13 @@ def start_of(model: str, running):
     )
 
 
-def new_run(model: str, bodies, folder, settings: FeSettings = SETTINGS, scene=CASE.scene) -> Run:
+def new_run(model: str, bodies, folder, settings: FeSettings = SETTINGS, scene=CASE.scene, behind=None) -> Run:
     running, mesh, datum = bodies
     return Run(
         MPI.COMM_WORLD,
         scene,
         settings,
-        build_passage(MPI.COMM_WORLD, scene, settings, running, mesh, datum, start_of(model, running)),
+        build_passage(MPI.COMM_WORLD, scene, settings, running, mesh, datum, start_of(model, running), behind=behind),
         folder,
         None,
     )
@@ -152,6 +153,18 @@ def test_a_restarted_run_of_the_full_element_is_the_run_that_went_on(bodies, tmp
     for run in (live, again):
         steps(run, 20)
     assert differences(live, again) == [] and live.dynamics.structure.finite.state.any()
+
+
+def test_a_restarted_run_on_an_elastic_wheel_is_the_run_that_went_on(bodies, tmp_path):
+    scene = on_elastic_wheel(CASE.scene)
+    live, again = (new_run("fe_full", bodies, tmp_path, SETTINGS, scene, coarse_wheel()) for _ in range(2))
+    steps(live, 150)
+    live.save()
+    again.resume()
+    assert differences(live, again) == []
+    for run in (live, again):
+        steps(run, 20)
+    assert differences(live, again) == [] and live.passage.axle.amplitude.any()
 
 
 @pytest.mark.parametrize("element", ["one-point", "full"])

@@ -243,15 +243,15 @@ def test_a_sweep_runs_a_model_that_no_case_names_by_its_defaults_and_refuses_to_
 
 
 def test_a_scene_that_one_of_its_models_does_not_take_runs_by_the_others(tmp_path):
-    """A wheel that vibrates is for light models: [run.fe_full] of the same file is refused where it is run."""
-    text = CASE.split("[run.p2_formula]")[0] + "[scene.wheel_body]\n[run.p2_formula]\n[run.fe_full]\n"
+    """A wheel that vibrates is not handed over to a window: [run.fe_window] of the same file is refused where it is run."""
+    text = CASE.split("[run.p2_formula]")[0] + "[scene.wheel_body]\n[run.p2_formula]\n[run.fe_window]\n"
     text += '[run.lumped]\nstart = "300 mm"\nend = "400 mm"\n'
     (tmp_path / "soft.toml").write_text(text)
     case = load_case(tmp_path / "soft.toml")
     assert case.by("lumped") is case
-    assert "scene.wheel_body is for lumped" in preflight_errors(case.scene, case.runs["fe_full"], 1, "fe_full")[0]
+    assert "scene.wheel_body is for lumped" in preflight_errors(case.scene, case.runs["fe_window"], 1, "fe_window")[0]
     assert sweep(tmp_path / "soft.toml", "--model", "lumped", "--out", tmp_path / "out").exit_code == 0
-    refused = sweep(tmp_path / "soft.toml", "--model", "fe_full", "--out", tmp_path / "out")
+    refused = sweep(tmp_path / "soft.toml", "--model", "fe_window", "--out", tmp_path / "out")
     assert refused.exit_code == 1 and "FAILED in 0.0 s: scene.wheel_body is for lumped" in " ".join(
         refused.output.split()
     )

@@ -15,7 +15,7 @@ from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import FunctionType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -28,11 +28,18 @@ from rail_fem.contact.rigid import anchored_path, meshed_stretch
 from rail_fem.fe.plan.fine_zone import crossing_spec, wheel_spec
 from rail_fem.files.sealed import SealError, read_sealed, write_sealed
 from rail_fem.result.versions import versions
-from rail_fem.scene.scene import Scene
+from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
 
+Made = TypeVar("Made")
 MOST_BYTES = 2e9  # of all meshes kept; those of the main job and its twin take 20 MB
-COMPUTED_BY = "numpy", "scipy", "gmsh"  # a mesh is the same to the last bit by the same versions alone
+COMPUTED_BY = (
+    "numpy",
+    "scipy",
+    "gmsh",
+    "dolfinx",
+    "petsc4py",
+)  # a mesh is the same to the last bit by the same versions alone
 
 
 def body_meshes(scene: Scene, settings: FeSettings, path: WheelPath) -> list[partial[HexMesh]]:
@@ -60,9 +67,9 @@ def are_kept(scene: Scene, settings: FeSettings) -> bool:
     return all(map(is_kept, body_meshes(scene, settings, path)))
 
 
-def kept(mesher: partial[HexMesh]) -> HexMesh:
-    """The mesh that it makes: read where it is kept, else made, and kept where the user's cache can be written. Errors:
-    MeshError."""
+def kept(mesher: partial[Made], of: type[Made] = HexMesh) -> Made:  # type: ignore[assignment]
+    """The mesh that it makes, or another data class of arrays and numbers: read where it is kept, else made, and kept
+    where the user's cache can be written. Errors: MeshError."""
     file = _file(mesher)
     if file is None:
         return mesher()
@@ -70,18 +77,25 @@ def kept(mesher: partial[HexMesh]) -> HexMesh:
     try:
         arrays, _ = read_sealed(file, identity, "")
         os.utime(file)
-        return HexMesh(**arrays | {"region_names": tuple(map(str, arrays["region_names"]))})
+        return of(**{name: _plain(value) for name, value in arrays.items()})
     except (SealError, OSError):
         pass
     mesh = mesher()
     with contextlib.suppress(OSError):  # a full disk: the run goes on without
         file.parent.mkdir(mode=0o700, exist_ok=True)
-        write_sealed(file, {field.name: getattr(mesh, field.name) for field in fields(mesh)}, identity)
+        write_sealed(file, {field.name: getattr(mesh, field.name) for field in fields(of)}, identity)  # type: ignore[arg-type]
         _prune(file.parent)
     return mesh
 
 
-def _file(mesher: partial[HexMesh]) -> Path | None:
+def _plain(value: np.ndarray) -> Any:
+    """A value as it was before it was written."""
+    if value.dtype.kind == "U":
+        return tuple(map(str, value))
+    return value if value.ndim else value.item()
+
+
+def _file(mesher: partial[Any]) -> Path | None:
     """Where its mesh is kept; None without a cache of the user's own, and for arguments that are not known by their
     content."""
     folder = kernel_cache.lasting_folder()
@@ -105,6 +119,8 @@ def _content(item: Any) -> Iterator[bytes]:
             yield from _content(one)
     elif item is None or isinstance(item, (bool, int, float, str)):
         yield f"{item!r} ".encode()
+    elif isinstance(item, Frozen):
+        yield _sources(type(item)) + repr(sorted(item.model_dump(mode="json").items())).encode()
     elif is_dataclass(item) and not isinstance(item, type):
         yield _sources(type(item))
         for field in fields(item):

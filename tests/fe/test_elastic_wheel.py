@@ -1,0 +1,104 @@
+"""A wheel's sector on the condensed rest of the wheel, held by the axle: invariants of its motion, and rest."""
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from rail_fem.case.casefile import load_case
+from rail_fem.fe.meshing import make_mesh
+from rail_fem.fe.passage import build_passage, start_velocities
+from rail_fem.fe.running import running_of
+from rail_fem.fe.static_start import LOAD_ERROR, settle_in_place
+from rail_fem.models import fe_full
+from rail_fem.settings.explicit import FeSettings, FeWindowSettings
+from rail_fem.settings.light import unfit_parts
+from tests.fe.elastic_wheel import coarse_wheel, on_elastic_wheel
+from tests.rail_fem.test_readme import ROOT
+
+SETTINGS = FeSettings(element_size=5e-3, start=0.095, end=0.125, field_frames=1)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return on_elastic_wheel(load_case(ROOT / "cases" / "nose_transfer.toml").scene)
+
+
+@pytest.fixture(scope="module")
+def bodies(scene):
+    running = running_of(scene, SETTINGS)
+    return running, make_mesh(scene, SETTINGS, running)
+
+
+def passage_of(scene, bodies, behind=None):
+    running, (mesh, _, datum) = bodies
+    return build_passage(MPI.COMM_SELF, scene, SETTINGS, running, mesh, datum, behind=behind)
+
+
+def lifted(scene, bodies):
+    """The wheel in flight, 1 mm over the crossing, its modes in motion; suspension and foundation hold nothing up."""
+    passage = passage_of(scene, bodies, coarse_wheel())
+    d, axle = passage.dynamics, passage.axle
+    d.structure.x.reshape(-1, 3)[passage.on_wheel, 2] += 1e-3
+    start_velocities(d, passage.running, axle, passage.sprung)
+    axle.rate[:] = 0.02 * np.cos(np.arange(len(axle.rate)))  # of mass 1: some 0.01 J in all
+    d.impose()
+    return passage
+
+
+def test_the_wheel_in_flight_gains_the_momentum_of_its_load(scene, bodies):
+    """Nodes, body and axle together, to round-off: the modes push the axle with what they take from it."""
+    passage = lifted(scene, bodies)
+    d, axle = passage.dynamics, passage.axle
+    wheel = d.structure.mass[passage.on_wheel]
+
+    def momentum() -> float:
+        nodes = wheel @ d.structure.v.reshape(-1, 3)[passage.on_wheel, 2]
+        behind = axle.body.momentum[2] @ axle.modes @ axle.rate
+        return nodes + behind + (axle.added_mass + axle.body.weight) * axle.velocity[2]
+
+    before, pushed, dt = momentum(), 0.0, d.stable_step()
+    for _ in range(100):
+        spring = sum(link.spring_force() + link.damper_force() for link in d.supports.links if link.a is passage.sprung)
+        pushed += dt * (axle.load[2] - spring)
+        d.step(dt)
+    assert not d.contact.normal_force.any() and abs(axle.velocity[2]) > 1e-4
+    assert momentum() - before == pytest.approx(pushed, abs=1e-10 * abs(wheel.sum()))
+    assert axle.mesh_mass + axle.added_mass == pytest.approx(scene.vehicle.wheel_unsprung_mass, rel=1e-12)
+
+
+def test_energy_in_flight_is_kept(scene, bodies):
+    """Of modes, nodes and axle, to round-off: what the scheme keeps does not ask for small steps."""
+    d = lifted(scene, bodies).dynamics
+    dt = d.stable_step()
+    d.step(dt)
+    start = d.energies()
+    for _ in range(60):
+        d.step(dt)
+        now = d.energies()
+        assert now["balance"] == pytest.approx(start["balance"], abs=1e-11 * start["springs"])
+    assert abs(now["lumped_kinetic"] - start["lumped_kinetic"]) > 1e-3
+
+
+def test_the_wheel_at_rest_has_given_way_as_far_as_its_base_is_pressed(scene, bodies):
+    """Modes at rest under the elements' forces, but for the lean that goes on when the load is carried; by Clapeyron
+    the base's part of the approach is twice its energy over the load."""
+    passage = passage_of(scene, bodies, coarse_wheel())
+    found = settle_in_place(passage, scene)
+    axle = passage.axle
+    assert abs(found.error) < LOAD_ERROR
+    d = passage.dynamics
+    work = np.zeros(axle.size)
+    axle.pack(d.structure.force, work)
+    static = (work @ axle.of_functions) / axle.frequencies**2
+    assert axle.amplitude == pytest.approx(static, abs=0.05 * np.abs(static).max())
+    assert 0 < 2 * axle.spring_energy() / passage.start.force < found.approach
+
+
+def test_what_an_elastic_wheel_is_refused_for(scene):
+    assert unfit_parts(scene, SETTINGS) == []
+    assert "scene.wheel_body is for" in unfit_parts(scene, FeWindowSettings())[0]
+    deep = SETTINGS.model_copy(update={"wheel_depth": 0.08})
+    with pytest.raises(ValueError, match="rim is 65 mm deep, the wheel's mesh 80 mm: give a smaller wheel_depth"):
+        fe_full.wheel_behind(scene, deep)
+    with pytest.raises(ValueError, match="a wheel from a mesh file ends where it is held"):
+        fe_full.wheel_behind(scene, SETTINGS.model_copy(update={"mesh": "wheel.msh"}))
