@@ -1,11 +1,11 @@
 """A short coarse pass, started by test_passage.py on 1, 2 and 3 ranks: prints its last numbers, and can be cut off and
 gone on with.
 
-    python -m mpi4py tests/fe/passage_job.py STEPS [FOLDER [copy|restart|full|small|elastic]]
+    python -m mpi4py tests/fe/passage_job.py STEPS [FOLDER [copy|restart|full|small|elastic|bearers]]
 
 copy: half way the folder is copied to FOLDER_cut, as a kill at that moment would leave it; full: with the fully
 integrated element; small: with heavier small elements; elastic: on the coarse elastic wheel of
-tests/fe/elastic_wheel.py.
+tests/fe/elastic_wheel.py; bearers: on a beam.
 """
 
 import hashlib
@@ -19,6 +19,7 @@ from mpi4py import MPI
 
 from rail_fem.case.casefile import load_case
 from rail_fem.models import fe_full
+from rail_fem.run.form import PANEL
 from tests.fe.elastic_wheel import on_elastic_wheel, wheel_behind
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -46,6 +47,7 @@ def main(steps: int, folder: Path | None = None, how: str = "") -> None:
         }
     )
     scene = on_elastic_wheel(case.scene) if how == "elastic" else case.scene
+    scene = scene.replace_si(bearers=PANEL) if how == "bearers" else scene
     step = fe_full.Run._step
 
     def copy_half_way(run):  # no last row, no result: what is on the disk after a restart file
@@ -67,6 +69,7 @@ def main(steps: int, folder: Path | None = None, how: str = "") -> None:
             "force_wing",
             "force_nose",
             "wheel_height",
+            "crossing_height",
             "energy_plastic",
             "energy_hourglass",
             "energy_balance",

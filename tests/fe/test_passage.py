@@ -74,6 +74,16 @@ def test_pass_on_an_elastic_wheel_is_the_same_on_three_ranks(tmp_path):
 
 @pytest.mark.mpi
 @pytest.mark.validate
+def test_pass_on_bearers_is_the_same_on_three_ranks(tmp_path):
+    one, three = (run_job(ranks, str(tmp_path / str(ranks)), "bearers") for ranks in (1, 3))
+    for name in ("force", "wheel_height", "crossing_height", "energy_plastic"):
+        exact = np.array(one[name])
+        assert np.abs(np.array(three[name]) - exact).max() <= 1e-10 * max(np.abs(exact).max(), 1e-12), name
+    assert np.ptp(one["crossing_height"]) > 1e-8
+
+
+@pytest.mark.mpi
+@pytest.mark.validate
 def test_pass_with_the_full_element_is_the_same_on_two_ranks(tmp_path):
     one, two = (run_job(ranks, str(tmp_path / str(ranks)), "full") for ranks in (1, 2))
     for name in ("force", "wheel_height", "energy_plastic"):
