@@ -34,7 +34,10 @@ def metal_rows(result: PassResult) -> list[tuple[str, str, str]]:
     """Name, value with its bar, remark; for each body that the pass resolves."""
     rows = []
     for body, left in result.metal.items():
-        rows += [(f"{body}: {words}", with_bar(result, f"{name}_{body}"), "") for name, words in STRAIN.items()]
+        for name, words in STRAIN.items():
+            form = result.form_bar(f"{name}_{body}")
+            remark = f"form +- {amount(form, REPORTED[f'{name}_{body}'].unit, 2)}" if np.isfinite(form) else ""
+            rows.append((f"{body}: {words}", with_bar(result, f"{name}_{body}"), remark))
         rows.append((f"{body}: largest plastic strain of an element", *_maximum(left)))
         rows += _stress(body, left) + _surface(body, left)
     return rows

@@ -57,6 +57,21 @@ SCENES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
         {"scene.crossing.ratio": 13.5, "scene.wheel.radius": "460 mm", "scene.speed": "100 mph", "scene.friction": 0.4},
         ("300 mm", "520 mm"),
     ),
+    "rail on bearers of which one hangs, 60 mph": (
+        {
+            "scene.bearers": {
+                "position": "60 mm",
+                "pad_stiffness": "120 kN/mm",
+                "pad_damping": "20 kN s/m",
+                "mass": "120 kg",
+                "ballast_stiffness": "60 kN/mm",
+                "ballast_damping": "50 kN s/m",
+                "voided": [1],
+            },
+            "scene.speed": "60 mph",
+        },
+        NOSE,
+    ),
     "new P8, 1.4 t, 60 mph, friction 0.1": (  # not to be meshed with elements of 4 mm
         {
             "scene.wheel.profile": "P8",

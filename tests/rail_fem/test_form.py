@@ -11,10 +11,12 @@ from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.passes.track_beam import track_beam
+from rail_fem.result.quantities import STRAIN
 from rail_fem.result.result import Peak, load
 from rail_fem.run.form import SIMPLIFICATIONS, form, on_bearers
 from rail_fem.run.job import run_case
 from rail_fem.scene.wheel_body import WheelBody
+from rail_fem.show.metal import metal_rows
 from rail_fem.sweeps.compare import SHARE, Comparison, advice
 
 WINDOW = {"start": "250 mm", "end": "420 mm", "path_spacing": "5 mm"}
@@ -107,6 +109,13 @@ def test_what_light_passes_do_not_see_is_kept_for_the_scenes_it_is_of(ran):
     deep, shallow = (replace(result, model="fe_full", settings={"rail_depth": depth}) for depth in (0.110, RAIL_DEPTH))
     assert len(form(deep, by_passes=False)) == 2 and len(form(shallow, by_passes=False)) == 3
     (alone,) = form(replace(result, scene=hard), by_passes=False).values()
+    nose = {"values": {"block": 0.09}, "maximum": 0.1, "position": [0.4, 0.0, 0.0], "size": 2e-3, "depth": [1e-3]}
+    nose |= {"stress": [[0.0, 0.0]], "unloaded": False, "surface": {"fall": [], "x": []}}
+    flowed = replace(deep, metal={"nose": nose})
+    flowed = replace(flowed, form=form(flowed, by_passes=False))
+    assert flowed.form_bar("block_nose") == pytest.approx(0.09 * math.hypot(0.106, 0.030, 0.221))
+    told = {name: remark for name, _, remark in metal_rows(flowed)}
+    assert "form +- 2.2 %" in told[f"nose: {STRAIN['block']}"]
     off = MODELS["rigid_hertz"].off[1]
     assert alone["impact_on_wheel"] == pytest.approx(off * result.peaks["impact_on_wheel"].value)
     assert not form(replace(result, scene=hard, model="fe_full"), by_passes=False)
