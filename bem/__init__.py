@@ -1,4 +1,4 @@
-"""Elastic and plastic contact in NumPy and SciPy: closed forms, boundary elements, half-space. Knows nothing of rails.
+"""Elastic and plastic contact in NumPy and SciPy: closed forms, boundary elements, half-space. No word of rails::
 
     from rail_fem import bem
     window = (-0.02, 0.02), (-0.02, 0.02)

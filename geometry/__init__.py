@@ -1,5 +1,5 @@
 """Shapes and kinematics of wheel and rail: profiles, crossings, contact points, wheel paths, meshes. Axes and signs:
-geometry.axes.
+geometry.axes::
 
     from rail_fem import geometry
     wheel, rail = geometry.read_profile("wheel.whl"), geometry.rail_head("60E1", inclination=1 / 40)

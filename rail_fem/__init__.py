@@ -1,4 +1,4 @@
-"""What happens when a wheel passes a railway crossing: one scene, a hierarchy of models, an honest error on each.
+"""What happens when a wheel passes a railway crossing: one scene, a hierarchy of models, an honest error on each::
 
     import rail_fem
     case = rail_fem.load_case(rail_fem.example("nose_transfer"))
