@@ -1,6 +1,7 @@
 """python -m rail_fem: the command line of rail_fem/cli.py, where the environment holds what it needs; else a
 sentence."""
 
+import logging
 import os
 import sys
 
@@ -11,6 +12,7 @@ from rail_fem.run.installation import REMEDY, explain, numpy_mismatch
 def main() -> None:
     """The program; ready to be stopped before the long imports, and with a sentence where a library is missing."""
     stopping.listen()
+    logging.getLogger(__package__).propagate = False  # the terminal has words of its own; ffcx sets a handler for all
     os.environ["PYTHONSAFEPATH"] = "1"  # of every process that this one starts: nothing from the current folder
     if sys.argv[1:] in (["doctor"], ["doctor", "--json"]):  # speaks also where the command line cannot be imported
         from rail_fem.run.doctor import tell

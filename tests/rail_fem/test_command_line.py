@@ -139,3 +139,14 @@ print(*sorted({HEAVY!r} & {{name.partition(".")[0] for name in sys.modules}}), f
 """
     answer = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert answer.returncode == 0 and answer.stderr.split() == [], answer.stderr
+
+
+def test_the_terminal_shows_no_log_where_a_library_has_set_a_handler_for_all(tmp_path):
+    """As ffcx does; the warnings stand in the report."""
+    words = ["rail-fem", "run", "cases/nose_transfer.toml", "--model", "p2_formula", "--out", str(tmp_path / "run")]
+    code = (
+        f"import logging, sys; logging.basicConfig(); sys.argv = {words!r}; from rail_fem.__main__ import main; main()"
+    )
+    answer = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert answer.returncode == 0 and "dip limit: " in answer.stdout
+    assert "WARNING" not in answer.stdout + answer.stderr
