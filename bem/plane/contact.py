@@ -244,10 +244,9 @@ def solve_contact(
 
     Examples
     --------
-    >>> from rail_fem.bem.plane.coulomb import Control
     >>> from rail_fem.bem.verification.exact_problems import two_discs
     >>> below, above = two_discs(1.0, bem.STEEL, bem.STEEL)
-    >>> found = bem.solve_contact(below, above, Control.of(force=(None, -100e3))).last
+    >>> found = bem.solve_contact(below, above, bem.Control.of(force=(None, -100e3))).last
     >>> exact = bem.line_contact(100e3, 0.5, bem.contact_modulus(bem.STEEL, bem.STEEL))
     >>> bool(abs(found.pressure.max() / exact.max_pressure - 1) < 0.02)
     True

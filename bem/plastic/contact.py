@@ -78,7 +78,7 @@ class PlasticHalfSpace:
         Of a layer of cells [m].
     layers : int
         Of cells in depth.
-    first, second : Elastic
+    upper, lower : Elastic
         Bodies 1 and 2.
     hardening : Hardening or NonlinearKinematic
         Of body 2.
@@ -106,18 +106,18 @@ class PlasticHalfSpace:
         grid: Grid,
         thickness: float,
         layers: int,
-        first: Elastic,
-        second: Elastic,
+        upper: Elastic,
+        lower: Elastic,
         hardening: YieldLaw,
         sliding: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         for value in sliding:
             check_friction(abs(value))
         self.grid, self.thickness = grid, thickness
-        self.body = PlasticBody(grid, thickness, layers, second, hardening)
-        self.operator = NormalOperator(grid, Pair.of(first, second))
+        self.body = PlasticBody(grid, thickness, layers, lower, hardening)
+        self.operator = NormalOperator(grid, Pair.of(upper, lower))
         self.sliding = tuple((axis, share) for axis, share in enumerate(sliding, 1) if share)
-        self.load_stress = LoadStress(grid, self.body.depths, second.poisson, (0, *(a for a, _ in self.sliding)))
+        self.load_stress = LoadStress(grid, self.body.depths, lower.poisson, (0, *(a for a, _ in self.sliding)))
         self.pressure: np.ndarray | None = None
 
     @property
