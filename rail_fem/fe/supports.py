@@ -100,14 +100,15 @@ class RigidGroup:
 
     def kick(self, upwards: float, dt: float, across: float = 0.0) -> None:
         """Velocity of the free directions from the reaction at hand, the load and forces upwards and along y [N]."""
-        if self.mass <= 0:
+        own = self.mass
+        if own <= 0:
             return
         for c in range(3):
             if not self.free[c]:
                 continue
-            mass = self.mass + (self.lateral_mass if c == 1 else 0.0)
-            load, old = float(self.load[c]), float(self.velocity[c])
-            new = old + dt / mass * (float(self.reaction[c]) + load + (0.0, across, upwards)[c])
+            mass = own + (self.lateral_mass if c == 1 else 0.0)
+            load, old = self.load.item(c), self.velocity.item(c)
+            new = old + dt / mass * (self.reaction.item(c) + load + (0.0, across, upwards)[c])
             self.velocity[c] = new
             self.load_work += dt * load * 0.5 * (new + old)
 
@@ -141,15 +142,12 @@ class Link:
 
     def stretch(self) -> float:
         """za - zb - natural_length [m]."""
-        return (
-            float(self.a.displacement[2])
-            - (float(self.b.displacement[2]) if self.b is not None else 0.0)
-            - self.natural_length
-        )
+        ground = 0.0 if self.b is None else self.b.displacement.item(2)
+        return self.a.displacement.item(2) - ground - self.natural_length
 
     def stretch_rate(self) -> float:
         """va - vb [m/s]."""
-        return float(self.a.velocity[2]) - (float(self.b.velocity[2]) if self.b is not None else 0.0)
+        return self.a.velocity.item(2) - (0.0 if self.b is None else self.b.velocity.item(2))
 
     def spring_force(self) -> float:
         """Of the spring on a, upwards [N]."""
@@ -250,23 +248,23 @@ class Supports(DynamicsPart):
 
     def advance(self, reactions: np.ndarray, dt: float) -> None:
         """Kick: velocities of all groups from element reactions (n_groups, 3) [N], loads and links. Replicated."""
-        springs = [link.spring_force() for link in self.links]
-        dampers = [link.damper_force() for link in self.links]
-        before = [link.stretch_rate() for link in self.links]
-        on_group = {id(g): 0.0 for g in self.groups}
-        for link, spring, damper in zip(self.links, springs, dampers):
-            on_group[id(link.a)] += spring + damper
+        on_group, pulled = dict.fromkeys(map(id, self.groups), 0.0), []
+        for link in self.links:
+            damper, rate = link.damper_force(), link.stretch_rate()
+            pull = link.spring_force() + damper
+            on_group[id(link.a)] += pull
             if link.b is not None:
-                on_group[id(link.b)] -= spring + damper
+                on_group[id(link.b)] -= pull
+            pulled.append((link, damper, rate))
         for g, reaction in zip(self.groups, reactions):
             g.reaction[:] = reaction
             guides = [guide for guide in self.guides if guide.axle is g]
             creeps = [guide.creep_force() for guide in guides]
-            old_across = float(g.velocity[1])
+            old_across = g.velocity.item(1)
             g.kick(on_group[id(g)], dt, sum(guide.spring_force() for guide in guides) + sum(creeps))
             for guide, creep in zip(guides, creeps):
                 guide.book(creep, old_across, dt)
-        for link, damper, old in zip(self.links, dampers, before):
+        for link, damper, old in pulled:
             link.dissipated -= dt * damper * 0.5 * (old + link.stretch_rate())
 
     def drift(self, dt: float) -> None:
