@@ -10,8 +10,8 @@ In a list of changes (rail_fem.sweeps.rows) in place of [rows]:
     "scene.vehicle.axle_load" = { low = "12 t", high = "25 t" }                                 # anything between
     "scene.wheel.profile" = { of = ["P8", "P8-worn", "P1"], weights = [2, 5, 1] }
 
-With proven_by = "fe_full" and proven = 20 so many passes, half of them evenly over all, half about the quantiles, are run
-by that model too, and the quantiles of all corrected by what they find.
+With proven_by = "fe_full" and proven = 20 so many passes, half of them evenly over all, half about the quantiles, are
+run by that model too, and the quantiles of all corrected by what they find.
 """
 
 from __future__ import annotations
