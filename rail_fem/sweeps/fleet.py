@@ -22,19 +22,17 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 from pydantic import Field, model_validator
-from scipy.stats import binom, qmc, truncnorm
+from scipy.stats import binom
 
-from rail_fem.case.variations import VariationError, field_of
+from rail_fem.case.variations import field_of
 from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.result.result import PassResult
 from rail_fem.scene.input_errors import quantity_of
-from rail_fem.scene.scene import Frozen
-from rail_fem.scene.series import DIGITS
-from rail_fem.scene.units import QuantityError, parse, si_factor
+from rail_fem.settings.draws import Change, Draws
 from rail_fem.show.panels import curve, legend_above, new_panels, titled
 from rail_fem.show.style import LINE_OF_MODEL
-from rail_fem.sweeps.trends import MEASURES, Change
+from rail_fem.sweeps.trends import MEASURES
 
 QUANTILES = 0.5, 0.9, 0.99
 LEVEL = 0.95  # of the interval of a quantile
@@ -45,57 +43,10 @@ LEAST_PROVEN = 8  # passes
 Results = Mapping[str, PassResult]  # pass -> result
 
 
-class Draw(Frozen):
-    """One key of a pass: one of some values, each by its weight, or a number with its unit between low and high, evenly
-    or normally about a mean."""
-
-    of: tuple[Change, ...] = ()
-    weights: tuple[float, ...] = ()
-    low: str | float | None = None
-    high: str | float | None = None
-    mean: str | float | None = None
-    deviation: str | float | None = None
-
-    @model_validator(mode="after")
-    def _is_one_law(self) -> Draw:
-        ends, normal = (self.low, self.high), (self.mean, self.deviation)
-        if bool(self.of) == any(value is not None for value in (*ends, *normal)):
-            raise ValueError("give either 'of', or low and high, or mean and deviation, which low and high may cut off")
-        if not self.of and None in normal and (None in ends or normal != (None, None)):
-            raise ValueError("give low and high, or mean and deviation, each with its unit")
-        if self.weights and (len(self.weights) != len(self.of) or min(self.weights) < 0 or sum(self.weights) <= 0):
-            raise ValueError("weights: one for each value of 'of', none negative, one at least positive")
-        return self
-
-    def values(self, key: str, shares: np.ndarray) -> list[Change]:
-        """At shares (n,) of the distribution, in 0 to 1, as a case file has them. Errors: VariationError."""
-        if self.of:
-            ends = np.cumsum(self.weights or (1.0,) * len(self.of))
-            at = np.searchsorted(ends / ends[-1], shares, side="right")
-            return [self.of[min(number, len(self.of) - 1)] for number in at]
-        quantity = quantity_of(field_of(key))
-        unit = "" if quantity is None else quantity.unit
-        read = lambda value, without: without if value is None else _number(key, value, unit)
-        low, high = read(self.low, -math.inf), read(self.high, math.inf)
-        if not low < high:
-            raise VariationError(f"fleet.draw: {key}: low must be less than high")
-        if self.mean is None:
-            found = low + shares * (high - low)
-        else:
-            mean, deviation = read(self.mean, 0.0), read(self.deviation, 0.0)
-            if deviation <= 0:
-                raise VariationError(f"fleet.draw: {key}: the deviation must be positive")
-            found = truncnorm.ppf(shares, (low - mean) / deviation, (high - mean) / deviation, mean, deviation)
-        texts = [f"{value / si_factor(unit):.{DIGITS}g}" for value in found]
-        return [float(text) if quantity is None else f"{text} {unit}".strip() for text in texts]
-
-
-class Fleet(Frozen):
+class Fleet(Draws):
     """How many passes, and what is drawn for each."""
 
     passes: int = Field(128, ge=2, le=10_000)
-    seed: int = Field(1, ge=0)
-    draw: dict[str, Draw] = Field(min_length=1)
     proven_by: str = ""
     proven: int = Field(20, ge=LEAST_PROVEN)
 
@@ -106,17 +57,10 @@ class Fleet(Frozen):
         return self
 
     def rows(self) -> dict[str, dict[str, Change]]:
-        """Name of a pass -> its changes, by Sobol's sequence. Errors: VariationError for a key or unit that there is
+        """Name of a pass -> its changes, by Sobol's sequence. Errors: DrawError, VariationError for a key that there is
         not."""
-        sequence = qmc.Sobol(len(self.draw), seed=self.seed).random_base2(math.ceil(math.log2(self.passes)))
-        columns = {
-            key: draw.values(key, shares)
-            for (key, draw), shares in zip(self.draw.items(), sequence[: self.passes].T, strict=True)
-        }
-        return {
-            f"pass {number:05d}": {key: values[number - 1] for key, values in columns.items()}
-            for number in range(1, self.passes + 1)
-        }
+        drawn = self.drawn(self.passes, lambda key: quantity_of(field_of(key)))
+        return {f"pass {number:05d}": changes for number, changes in enumerate(drawn, 1)}
 
 
 def to_be_proven(values: Mapping[str, float], count: int) -> list[str]:
@@ -158,14 +102,6 @@ def corrected(light: Mapping[str, float], exact: Mapping[str, float], share: flo
     low, value, high = np.quantile(drawn, [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2])
     middle, *ends = quantile_of(x, share)
     return math.exp(value), max(high - value, value - low), max(abs(end - middle) for end in ends)
-
-
-def _number(key: str, value: str | float, unit: str) -> float:
-    """[SI]"""
-    try:
-        return parse(value, unit)[0] if isinstance(value, str) else float(value)
-    except QuantityError as error:
-        raise VariationError(f"fleet.draw: {key}: {error}") from error
 
 
 def quantile_of(values: np.ndarray, share: float) -> tuple[float, float, float]:

@@ -32,12 +32,13 @@ from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.result.result import PassResult, load
 from rail_fem.scene.scene import Frozen
+from rail_fem.settings.draws import Change
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds, history_error
 from rail_fem.sweeps.fleet import Fleet, fleet_figure, fleet_lines, to_be_proven, values_of
 from rail_fem.sweeps.group_figure import group_figure
 from rail_fem.sweeps.sweep import Outcome
-from rail_fem.sweeps.trends import MEASURES, Change, TrendError
+from rail_fem.sweeps.trends import MEASURES, TrendError
 
 HISTORY = "history"
 
@@ -79,7 +80,7 @@ def is_rows(path: Path) -> bool:
 
 
 def read_rows(path: Path) -> Rows:
-    """Errors: TrendError with the key and what to do, VariationError of what a fleet draws."""
+    """Errors: TrendError with the key and what to do, DrawError and VariationError of what a fleet draws."""
     rows = read_as(Path(path), Rows, TrendError)
     return rows if rows.fleet is None else rows.model_copy(update={"rows": rows.fleet.rows()})
 

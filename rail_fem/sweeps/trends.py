@@ -46,6 +46,7 @@ from rail_fem.result.low_pass import filtered_force
 from rail_fem.result.quantities import REPORTED, two_now
 from rail_fem.result.result import NAN, PassResult
 from rail_fem.scene.scene import Frozen
+from rail_fem.settings.draws import Change
 from rail_fem.sweeps.compare import IMPACT, peak
 
 FEW = 5  # cases from which on not each is told
@@ -227,9 +228,6 @@ MEASURES: dict[str, Measure] = {
         for cutoff in (500.0, 50.0, 20.0)
     },
 }
-
-
-Change = str | float | int | bool | dict
 
 
 class CaseChanges(Frozen):

@@ -8,8 +8,11 @@ from scipy.stats import expon
 from typer.testing import CliRunner
 
 from rail_fem import cli
+from rail_fem.case.variations import field_of
+from rail_fem.scene.input_errors import quantity_of
+from rail_fem.settings.draws import Draw
 from rail_fem.sweeps import fleet as fleet_module
-from rail_fem.sweeps.fleet import QUANTILES, Draw, Fleet, corrected, quantile_of, to_be_proven
+from rail_fem.sweeps.fleet import QUANTILES, Fleet, corrected, quantile_of, to_be_proven
 
 CASE = (Path(__file__).resolve().parents[2] / "cases" / "thesis" / "case_02.toml").read_text(encoding="utf-8")
 FILE = """
@@ -28,15 +31,16 @@ passes = 32
 def test_each_key_is_drawn_by_its_law():
     shares = (np.arange(1000) + 0.5) / 1000
     number = lambda texts: np.array([float(text.split()[0]) for text in texts])
-    even = number(Draw(low="50 mph", high="100 mph").values("scene.speed", shares))
+    speed, friction = (quantity_of(field_of(key)) for key in ("scene.speed", "scene.friction"))
+    even = number(Draw(low="50 mph", high="100 mph").values("scene.speed", speed, shares))
     assert even.min() == pytest.approx(50.025) and even.max() == pytest.approx(99.975)
-    normal = number(Draw(mean="80 mph", deviation="5 mph").values("scene.speed", shares))
+    normal = number(Draw(mean="80 mph", deviation="5 mph").values("scene.speed", speed, shares))
     assert (normal.mean(), normal.std()) == (pytest.approx(80.0), pytest.approx(5.0, rel=0.01))
-    cut = number(Draw(mean="80 mph", deviation="5 mph", high="80 mph").values("scene.speed", shares))
+    cut = number(Draw(mean="80 mph", deviation="5 mph", high="80 mph").values("scene.speed", speed, shares))
     assert cut.max() < 80 and cut.mean() == pytest.approx(80 - 5 * np.sqrt(2 / np.pi), rel=1e-3)
-    kinds = Draw(of=("P8", "P1"), weights=(3, 1)).values("scene.wheel.profile", shares)
+    kinds = Draw(of=("P8", "P1"), weights=(3, 1)).values("scene.wheel.profile", None, shares)
     assert kinds.count("P1") == 250
-    assert Draw(low=0.2, high=0.4).values("scene.friction", np.array([0.5])) in ([0.3], ["0.3"])
+    assert Draw(low=0.2, high=0.4).values("scene.friction", friction, np.array([0.5])) in ([0.3], ["0.3"])
 
 
 def test_the_same_seed_draws_the_same_fleet():
