@@ -24,6 +24,7 @@ from rail_fem.damage.crossing import PassContacts, PatchOptions, footprints, tab
 from rail_fem.damage.deposit import Footprints, deposit
 from rail_fem.damage.evolution import Rate
 from rail_fem.damage.fatigue import WholeLifeRail
+from rail_fem.damage.flowed_surface import passes_to_flow
 from rail_fem.damage.groove import FlowLaw, Grooves, groove_strips, grooves, held_beyond, mean_under
 from rail_fem.damage.impacts import LargestImpact, largest_impact
 from rail_fem.damage.reach import reach_of
@@ -198,9 +199,7 @@ class CrossingSite:
         """Passes in which they flow by at most a depth [m]; inf: they never do."""
         if self.flow_law is None:
             return float("inf")
-        shares = np.array([share for share, _ in rate.kinds])
-        wanted = float(np.tensordot(shares, rate.grooves[:, 0], 1).max())
-        return float("inf") if wanted <= depth else float(-np.log1p(-depth / wanted) / self.flow_law.rate)
+        return passes_to_flow(rate.grooves[:, 0], [share for share, _ in rate.kinds], depth, self.flow_law.rate)
 
     def __getstate__(self) -> dict:
         own = {name: value for name, value in self.__dict__.items() if name not in ("pool", "heights")}

@@ -204,8 +204,8 @@ class Stepping:
     standard deviation of depths [m];  limit : depth at which the shape is worn through [m];  least_share : of the
     passes done, that a block is long at least: a rate that jumps, as a point comes or goes, is not met by ever shorter
     blocks, its error is kept instead;  deepest : that one block may wear off [m];  events : (passes, event) of
-    grindings and weldings, in their order;  flow_step : deepest plastic flow of one block [m], also of one whose
-    passes are told, as long as it is shorter than the least share;  told_tolerance : error of a told block, of the
+    grindings and weldings, in their order;  flow_step : deepest plastic flow of one block [m], however short it gets:
+    flow is not taken back, so that what a block presses too far stays;  told_tolerance : error of a told block, of the
     deepest wear at its end, beyond which it is shortened"""
 
     law: str = "archard"
@@ -261,7 +261,7 @@ def _block(site: Site, state: Evolution, rate: Rate, left: float, stepping: Step
     least = min(max(1.0, stepping.least_share * (state.passes - state.began)), most)
     told = stepping.block
     count = min(told, state.block or told) if told else max(state.block or _first_block(rough), least)
-    runs_in = max(site.flow_passes(rate, stepping.flow_step), stepping.least_share * (state.passes - state.began))
+    runs_in = site.flow_passes(rate, stepping.flow_step)
     count, least = min(count, runs_in), min(least, runs_in)
     while True:
         count = min(count, left) if told else min(count, left, most)

@@ -11,8 +11,8 @@ from bem.exact.hertz import point_contact
 from bem.exact.kalker import check_ellipse
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.contact.contact_table import DEPTHS, VIRTUAL, equivalent_paraboloid, hertz_constants
-from rail_fem.damage.evolution import Stepping, evolve
-from rail_fem.damage.flowed_surface import flow_in_passes, spread_along, with_heaps
+from rail_fem.damage.evolution import Stepping, begin, evolve
+from rail_fem.damage.flowed_surface import flow_in_passes, passes_to_flow, spread_along, with_heaps
 from rail_fem.damage.groove import DEEPEST, FlowLaw, groove_strips, grooves, held_beyond
 from rail_fem.damage.rolling import no_more_slender
 from rail_fem.damage.sites import crossing_site
@@ -85,6 +85,16 @@ def test_flow_of_a_mix_is_that_of_its_equation(passes):
     rest = flow_in_passes(np.maximum(wanted - first, 0), shares, 0.6 * passes, rate)
     np.testing.assert_allclose(first + rest, one, atol=1e-15)
     assert (one <= wanted.max(axis=0) + 1e-18).all() and not one[4]
+
+
+@pytest.mark.parametrize("share", [0.5, 0.02])
+def test_a_block_ends_where_the_deepest_groove_of_any_kind_has_flowed_a_step(share):
+    """However rare the kind: in the closed form they flow the step to 1 %, the error of the passes, and no further."""
+    wanted = np.array([[10e-6, 0.0, 30e-6], [700e-6, 90e-6, 0.0]])
+    shares = [1 - share, share]
+    passes = passes_to_flow(wanted, shares, 50e-6, 1.05)
+    assert 49.4e-6 < flow_in_passes(wanted, shares, passes, 1.05).max() <= 50e-6
+    assert passes_to_flow(wanted, shares, 700e-6, 1.05) == np.inf
 
 
 def test_heaps_keep_the_volume_of_each_line_and_lie_where_the_face_falls_away():
@@ -203,6 +213,15 @@ def test_half_the_step_of_the_flow_presses_the_same_groove(site):
         *_, end = evolve(site, 2, Stepping(block=2, deepest=1e9, flow_step=step))
         ends.append(end.worn.flow_depth)
     assert ends[1] == pytest.approx(ends[0], rel=0.05)
+
+
+def test_no_block_flows_deeper_than_a_step_however_many_passes_were_done(site):
+    """As if 1,000 passes were done, of which the least share is 100: the end of a block flows no deeper than the step,
+    by the grooves themselves, which spreading along makes shallower."""
+    state = replace(begin(site), passes=1000.0)
+    step = Stepping(block=100, least_share=0.1, deepest=1e9, flow_step=50e-6)
+    after = next(evolve(site, 1100, step, state))
+    assert 0 < after.worn.flow_depth <= 50e-6 and after.passes < 1001
 
 
 def test_a_switch_does_not_flow():
