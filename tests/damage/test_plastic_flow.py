@@ -12,7 +12,7 @@ from bem.exact.kalker import check_ellipse
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.contact.contact_table import DEPTHS, VIRTUAL, equivalent_paraboloid, hertz_constants
 from rail_fem.damage.evolution import Stepping, begin, evolve
-from rail_fem.damage.flowed_surface import flow_in_passes, passes_to_flow, spread_along, with_heaps
+from rail_fem.damage.flowed_surface import HEAPED, flow_in_passes, passes_to_flow, spread_along, with_heaps
 from rail_fem.damage.groove import DEEPEST, FlowLaw, groove_strips, grooves, held_beyond
 from rail_fem.damage.rolling import no_more_slender
 from rail_fem.damage.sites import crossing_site
@@ -97,7 +97,7 @@ def test_a_block_ends_where_the_deepest_groove_of_any_kind_has_flowed_a_step(sha
     assert passes_to_flow(wanted, shares, 700e-6, 1.05) == np.inf
 
 
-def test_heaps_keep_the_volume_of_each_line_and_lie_where_the_face_falls_away():
+def test_heaps_take_their_part_of_each_line_and_lie_where_the_face_falls_away():
     y = np.arange(120) * 0.25e-3
     groove = np.zeros((2, 5, 120))
     groove[1, 1:4] = np.maximum(1e-4 * (1 - ((y - 12e-3) / 2e-3) ** 2), 0)
@@ -106,9 +106,10 @@ def test_heaps_keep_the_volume_of_each_line_and_lie_where_the_face_falls_away():
     metal = np.ones(groove.shape, bool)
     metal[0, :, :4] = False
     net = with_heaps(np.where(metal, groove, 0), heights, metal)
-    np.testing.assert_allclose(net[1].sum(axis=-1), 0, atol=1e-18)
-    assert net[0, 2].sum() > 0  # the lip beside its metal
-    assert net[1, 2].max() == pytest.approx(1e-4, rel=1e-2) and not net[1, 0].any() and not net[~metal].any()
+    np.testing.assert_allclose(net[1].sum(axis=-1), (1 - HEAPED) * groove[1].sum(axis=-1), atol=1e-18)
+    assert net[0, 2].sum() > (1 - HEAPED) * np.where(metal, groove, 0)[0, 2].sum()  # the lip beside its metal
+    assert net[1, 2].max() == pytest.approx(1e-4, rel=1e-2) and -net[1].min() < 0.14e-4
+    assert not net[1, 0].any() and not net[~metal].any()
     falls, level = -net[1, 2, y > 14e-3].sum(), -net[1, 2, y < 10e-3].sum()
     assert falls > 3 * level > 0
     row = np.zeros((60, 3))
@@ -156,15 +157,15 @@ def site():
     return crossing_site(case.scene, case.damage, {"start": "280 mm", "end": "420 mm"})
 
 
-def test_a_crossing_flows_first_and_keeps_its_metal(site, tmp_path):
-    """Volume of the flow is 0 to round-off beside the wear's own, pressures fall, the steel hardens; a study that was
-    stopped goes on to the same bits."""
+def test_a_crossing_flows_first_and_heaps_a_part_of_its_metal(site, tmp_path):
+    """What is heaped up is a tenth of what flowed, pressures fall, the steel hardens; a study that was stopped goes on
+    to the same bits."""
     step = Stepping(block=2, smoothing=0.5e-3, deepest=1e9, flow_step=200e-6)
     states = list(evolve(site, 4, step))
     end = states[-1]
     assert end.worn.flow_depth > 20 * end.deepest > 0
-    moved = np.maximum(end.worn.flow, 0).sum()
-    assert abs(end.worn.flow.sum()) < 1e-12 * moved and end.worn.flow.min() < 0
+    heaped = -np.minimum(end.worn.flow, 0).sum() / np.maximum(end.worn.flow, 0).sum()
+    assert 0.5 * HEAPED < heaped <= HEAPED  # some heaps lie where a later groove is
     assert end.worn.volume == pytest.approx(end.removed - end.beyond, rel=1e-9)
     assert end.worn.strain.max() > 0.01 and (end.worn.strain >= 0).all()
     first, last = (site.rate(s).kinds[0][1].facts.of(1).max_pressure.max() for s in (site.first(), end.worn))
