@@ -92,9 +92,15 @@ class PassWear:
 
 @dataclass(frozen=True, eq=False)
 class CrossingRate(Rate):
-    """kinds : each (share, PassWear) without its depths;  grooves : (kinds, 2, 2, m, n) of each kind."""
+    """kinds : each (share, PassWear) without its fields but the depths;  grooves : (kinds, 2, 2, m, n) of each kind."""
 
     grooves: np.ndarray
+
+    def depths_at(self, law: str, place: int) -> np.ndarray:
+        """(kinds,) depths that a pass of each wears off at a place [m]. place : flat number in the plan of both"""
+        b, i, j = np.unravel_index(place, self.depth[law].shape)
+        inside = lambda own: own.lines[0] <= j < own.lines[1]
+        return np.array([own.depth[law][b, i, j - own.lines[0]] if inside(own) else 0.0 for _, own in self.kinds])
 
     @property
     def wheels(self) -> np.ndarray:
@@ -171,7 +177,7 @@ class CrossingSite:
             depth[law] = np.where(metal, every, 0.0)
             beyond[law] = float((every - depth[law]).sum()) * shape.cell
         kept = tuple(
-            (share, replace(own, depth={}, work=np.zeros(0), crack=np.zeros(0), grooves=np.zeros(0)))
+            (share, replace(own, work=np.zeros(0), crack=np.zeros(0), grooves=np.zeros(0)))
             for share, own in zip(shares, found, strict=True)
         )
         weighted = list(zip(shares, found, strict=True))

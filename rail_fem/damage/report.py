@@ -42,6 +42,7 @@ def study_report(title: str, settings: DamageSettings, found: dict[str, Any]) ->
     ]
     for name, own in found["bodies"].items():
         lines += ["", f"## {name}", "", *_part(settings, found, own)]
+    lines += _fleet(settings, found)
     lines += _wheels(settings, found)
     if "sensitivities" in found:
         rows = [[name, f"{value:+.2f}", f"{error:.2f}"] for name, _, value, error in found["sensitivities"]]
@@ -161,7 +162,7 @@ def _flow(found: dict[str, Any] | None) -> list[str]:
     x, y = found["lowered_at"]
     return [
         f"**Plastic flow** up to {found['deepest'] * UM:.3g} \u00b5m deep, {found['volume_moved'] * 1e9:.3g} mm\u00b3"
-        f" moved into heaps of up to {found['heap'] * UM:.3g} \u00b5m, strain up to {found['strain']:.1%}. Flow and"
+        f" pressed away, heaps of up to {found['heap'] * UM:.3g} \u00b5m, strain up to {found['strain']:.1%}. Flow and"
         f" wear together lower it most at x = {x * MM:.0f}, y = {y * MM:.1f} mm: {found['lowered'] * UM:.3g} \u00b5m,"
         f" {found['share']:.0%} of it flow.",
         "",
@@ -180,6 +181,39 @@ def _shortened(settings: DamageSettings, found: dict[str, Any]) -> str:
         f"; the shortest of {found['shortest_block']:.3g} passes, where {settings.block:g} at once would pass the"
         f" tolerance of {settings.tolerance:.2%} of the deepest or turned the line over"
     )
+
+
+def _fleet(settings: DamageSettings, found: dict[str, Any]) -> list[str]:
+    """Life as a distribution over which wheels come, by each law, and who wears it most."""
+    own = found.get("fleet")
+    if own is None:
+        return []
+    low, _, high = own["quantiles"]
+    told = lambda passes: f"{passes:.2g}" if passes is not None and np.isfinite(passes) else "never"
+    rows = [
+        [
+            laws_of(settings)[law].label,
+            ", ".join(f"{THOUSAND * worn * UM:.3g}" for worn in own["worn_per_pass"][law]),
+            ", ".join(map(told, own["passes_to_limit"][law])),
+        ]
+        for law in own["worn_per_pass"]
+    ]
+    x, y = own["at"]
+    kinds = "; ".join(f"{kind} ({share:.0%})" for kind, share in own["kinds"])
+    limit = f"{settings.depth_limit * MM:g} mm"
+    return [
+        "",
+        "## The fleet",
+        "",
+        f"At x = {x * MM:.0f}, y = {y * MM:.1f} mm of the {own['body']}, where {limit} come first, at the rate of the"
+        f" last shape. Across a row: which of {found['kinds']} drawn kinds of pass come ({low:.0%}, median,"
+        f" {high:.0%}), down the column: the model, by what the laws differ.",
+        "",
+        _table(["law", f"worn by {THOUSAND:,} passes [\u00b5m]", f"passes from now to {limit}"], rows),
+        "",
+        f"Most of it by {kinds}. Were the worst {own['turned']} kind(s) turned into the mean of the others, it would"
+        f" wear {own['less_without_worst']:.0%} less.",
+    ]
 
 
 def _wheels(settings: DamageSettings, found: dict[str, Any]) -> list[str]:

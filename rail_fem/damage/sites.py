@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,6 +12,7 @@ from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import Elastic
 from bem.patch import Patch
 from geometry.surfaces.switch import Switch
+from rail_fem.case.variations import field_of
 from rail_fem.damage.crossing import PassContacts, PatchOptions, pass_contacts
 from rail_fem.damage.crossing_site import CrossingPass, CrossingSite
 from rail_fem.damage.evolution import LEAST_SHARE, Stepping
@@ -25,8 +27,9 @@ from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.processes.pool import Pool
 from rail_fem.result.result import PassResult
 from rail_fem.scene.base import InputError
+from rail_fem.scene.input_errors import quantity_of
 from rail_fem.scene.scene import Scene
-from rail_fem.settings.damage import DamageSettings, Traffic
+from rail_fem.settings.damage import DamageFleet, DamageSettings, Traffic
 from rail_fem.settings.light import RigidHertzSettings
 
 PLAN = -0.05, 0.07  # y of a crossing's plan [m]
@@ -97,7 +100,9 @@ def friction_of(scene: Scene, settings: DamageSettings, speed: float) -> float |
 
 
 def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, float], ...]:
-    """The scene of each kind of pass, and its share. Errors: ValueError for a wheel that is none."""
+    """The scene of each kind of pass, and its share. Errors: ValueError for a wheel or a draw that is none."""
+    if settings.fleet is not None:
+        return drawn_traffic(scene, settings.fleet)
     made = []
     for kind in settings.traffic or (Traffic(),):
         changes: dict[str, Any] = {"wheel": {"profile": kind.wheel, "label": ""}} if kind.wheel else {}
@@ -110,11 +115,29 @@ def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, flo
     return tuple(made)
 
 
+def drawn_traffic(scene: Scene, fleet: DamageFleet) -> tuple[tuple[Scene, float], ...]:
+    """As `traffic_of` of a fleet. Errors: ValueError with the key that cannot be drawn."""
+    made = []
+    for number, changes in enumerate(fleet.drawn(fleet.kinds, lambda key: quantity_of(field_of(key))), 1):
+        tables: dict[str, Any] = {}
+        for key, value in changes.items():
+            *names, last = key.split(".")[1:]
+            into = functools.reduce(lambda table, name: table.setdefault(name, {}), names, tables)
+            into[last] = value
+        try:
+            made.append((scene.replace(**tables), 1 / fleet.kinds))
+        except InputError as error:
+            raise ValueError(f"damage.fleet, kind {number}: {error}") from None
+    return tuple(made)
+
+
 def tonnage_of(scene: Scene, settings: DamageSettings) -> dict[str, float]:
     """Million gross tonnes a year, and equivalent ones (EMGTPA)."""
+    traffic = traffic_of(scene, settings)
+    kinds = settings.traffic or [settings.fleet or Traffic()] * len(traffic)
     rows = [
         (kind.stock, own.speed, settings.axles_per_year * share * own.axle_load / 1e9)
-        for kind, (own, share) in zip(settings.traffic or (Traffic(),), traffic_of(scene, settings), strict=True)
+        for kind, (own, share) in zip(kinds, traffic, strict=True)
     ]
     return {"gross": sum(tonnes for *_, tonnes in rows), "equivalent": equivalent_tonnage(rows)}
 
@@ -168,7 +191,8 @@ def crossing_site(
         )
     passes = []
     positions, shares = scattered(0.0, settings.lateral_scatter)
-    by_load = any(kind.axle_load for kind in settings.traffic)
+    drawn = settings.fleet is not None and "scene.vehicle.axle_load" in settings.fleet.draw
+    by_load = drawn or any(kind.axle_load for kind in settings.traffic)
     for own, weight in traffic_of(scene, settings):
         passes += [
             CrossingPass(own, float(shift), weight * float(share), patch_options(own, settings), by_load)

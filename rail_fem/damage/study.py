@@ -20,6 +20,7 @@ from rail_fem.case.casefile import Case
 from rail_fem.damage.drivers import sensitivities, wheel_ratios
 from rail_fem.damage.evolution import Evolution, begin, evolve
 from rail_fem.damage.figures import study_figures
+from rail_fem.damage.fleet_life import fleet_life
 from rail_fem.damage.flow import flow_digest, read_flow
 from rail_fem.damage.report import study_report
 from rail_fem.damage.sites import crossing_site, stepping_of, switch_section, tonnage_of
@@ -30,7 +31,7 @@ from rail_fem.processes.pool import Pool, Workers
 from rail_fem.processes.progress import Progress
 from rail_fem.result.runfolder import digest, held, prepare_folder
 from rail_fem.scene.scene import Wheel
-from rail_fem.settings.damage import MOST_PASSES, DamageSettings
+from rail_fem.settings.damage import MOST_PASSES, WHEEL, DamageSettings
 from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.show.style import in_lines
 
@@ -64,6 +65,8 @@ def study_mark(case: Case, settings: DamageSettings) -> dict[str, Any]:
     damage, flow = settings.model_dump(mode="json"), flow_file(case, settings)
     for kind in damage["traffic"]:
         kind["wheel"] = kind["wheel"] and _content(kind["wheel"])
+    if damage["fleet"] and (wheels := damage["fleet"]["draw"].get(WHEEL)):
+        wheels["of"] = [_content(wheel) for wheel in wheels["of"]]
     mark = {"study": "damage", "version": VERSION, "definition": DEFINITION}
     mark |= {"scene": case.scene.plain(), "damage": damage, "run": runs}
     return mark | ({} if flow is None else {"flow": flow_digest(flow)})
@@ -134,6 +137,8 @@ def _study(case, settings, folder, goes_on, identity, progress, say, workers: Wo
         after = site.rate(state.worn)
     found = summary(settings, state, before, after) | {"flow_before": flow_before}
     found["tonnage"] = tonnage_of(case.scene, settings)
+    if settings.fleet is not None:
+        found["fleet"] = fleet_life(settings, state, after)
     if crossing and settings.sensitivities:
         drivers = sensitivities(case.scene, settings, run)
         found["sensitivities"] = [[s.name, s.base, s.elasticity, s.error] for s in drivers]

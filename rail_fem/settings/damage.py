@@ -9,12 +9,14 @@ from pydantic_core import PydanticCustomError
 from rail_fem.scene.base import InputError, input_error
 from rail_fem.scene.scene import Count, Frozen, Wheel
 from rail_fem.scene.units import Quantity
+from rail_fem.settings.draws import Draw, Draws
 
 MOST_PASSES = 1e8
 # of plastic flow: p0 / k at which ten passes of fe_full come to rest, what of the rest one of them does, [m]
 FLOW_LIMIT, FLOW_SHARE, FLOW_STEP = 7.0, 0.65, 50e-6
 # what a profile's reader asks for, and how the profile command is told it (0: the flange back of many files)
 TELLS_A_FILE = {"give flange_back": "--flange-back 0", "state the unit": "--unit mm"}
+WHEEL = "scene.wheel.profile"  # key that a fleet draws
 Deposit = Literal["position", "length", "reach"]
 Years = Annotated[float, Quantity("", 0, 100, "years from now")]
 
@@ -44,15 +46,35 @@ class Traffic(Frozen):
     @field_validator("wheel")
     @classmethod
     def _wheel_is_there(cls, wheel: str, info: ValidationInfo) -> str:
-        try:
-            return Wheel.checked({"profile": wheel}, info.context).profile if wheel else ""
-        except InputError as error:
-            told = "; ".join(remedy for _, remedy in error.faults)
-            flag = next((flag for asked, flag in TELLS_A_FILE.items() if asked in told), None)
-            if flag:
-                file = Path((info.context or {}).get("folder", ".")) / wheel
-                told += f"; its table has no key for it: rail-fem profile {file} {flag} --write {file.stem}-told.csv"
-            raise input_error("wheel", told) from None
+        return _checked_wheel(wheel, info) if wheel else ""
+
+
+def _checked_wheel(wheel: str, info: ValidationInfo) -> str:
+    """Name of a profile, or its file beside the case."""
+    try:
+        return Wheel.checked({"profile": wheel}, info.context).profile
+    except InputError as error:
+        told = "; ".join(remedy for _, remedy in error.faults)
+        flag = next((flag for asked, flag in TELLS_A_FILE.items() if asked in told), None)
+        if flag:
+            file = Path((info.context or {}).get("folder", ".")) / wheel
+            told += f"; its table has no key for it: rail-fem profile {file} {flag} --write {file.stem}-told.csv"
+        raise input_error("wheel", told) from None
+
+
+class DamageFleet(Draws):
+    """Traffic that is drawn: each kind of pass as its draws have it, all of one share."""
+
+    kinds: Count = Field(32, ge=2, le=1000, description="kinds of pass that are drawn")
+    stock: Literal["passenger", "freight", "tractive"] = Field("passenger", description="by which its tonnage counts")
+
+    @field_validator("draw")
+    @classmethod
+    def _wheels_are_there(cls, draw: dict[str, Draw], info: ValidationInfo) -> dict[str, Draw]:
+        if own := draw.get(WHEEL):
+            wheels = tuple(_checked_wheel(str(wheel), info) for wheel in own.of)
+            return draw | {WHEEL: own.model_copy(update={"of": wheels})}
+        return draw
 
 
 class DamageSettings(Frozen):
@@ -123,6 +145,9 @@ class DamageSettings(Frozen):
         1.0
     )
     traffic: tuple[Traffic, ...] = Field((), description="kinds of pass, a table each; none: the scene's alone")
+    fleet: DamageFleet | None = Field(
+        None, description="in place of traffic: what differs from wheel to wheel is drawn, life is a distribution"
+    )
     lateral_scatter: Annotated[float, Quantity("mm", 0, 10, "standard deviation of the wheels' lateral position")] = 0.0
     shear_yield: Annotated[
         float, Quantity("MPa", 50, 2000, "shear yield stress of the worked surface, for the shakedown map")
@@ -208,6 +233,12 @@ class DamageSettings(Frozen):
             self._refuse("lateral_scatter: the switch's wheelset runs on a sine; leave it out")
         if not 0 <= self.onset < self.peak < self.balance:
             self._refuse(f"onset {self.onset:g}, peak {self.peak:g} and balance {self.balance:g} N must grow")
+        if self.fleet and (self.traffic or self.site == "switch"):
+            self._refuse("fleet: is drawn over a crossing in place of traffic; leave one of them out")
+        if self.fleet and (other := [key for key in self.fleet.draw if not key.startswith("scene.")]):
+            self._refuse(f"fleet.draw: {other[0]}: what a wheel brings along is a key of the scene, scene.speed")
+        if self.fleet and (fixed := [key for key in self.fleet.draw if key.startswith("scene.crossing")]):
+            self._refuse(f"fleet.draw: {fixed[0]}: the crossing that wears is one; leave it out")
         total = sum(kind.share for kind in self.traffic)
         if self.traffic and abs(total - 1) > 1e-6:
             self._refuse(f"traffic: shares add up to {total:.6g}, they must sum to 1")
