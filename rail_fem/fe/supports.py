@@ -201,8 +201,9 @@ class Supports(DynamicsPart):
 
     def __init__(self, groups: list[RigidGroup], links: Sequence[Link] = (), guides: Sequence[HeldAcross] = ()):
         self.groups, self.links, self.guides = list(groups), list(links), list(guides)
-        self.ends = np.cumsum([3 * len(self.groups), *(group.size for group in self.groups)])
-        self.size = int(self.ends[-1])
+        ends = np.cumsum([0, 3 * len(self.groups), *(group.size for group in self.groups)]).tolist()
+        # of the message: all reactions, then what each group sums beside its own
+        self.stretches, self.size = [slice(*both) for both in zip(ends, ends[1:])], ends[-1]
 
     def join(self, structure: Structure) -> None:
         self.structure, domain = structure, structure.domain
@@ -227,13 +228,13 @@ class Supports(DynamicsPart):
         return self.members
 
     def pack(self, dt: float, mine: np.ndarray) -> None:
-        reactions, *rest = np.split(mine, self.ends)
+        reactions, *rest = (mine[stretch] for stretch in self.stretches)
         group_reactions(self.structure.force, self.owned_members, self.first_owned, reactions.reshape(-1, 3))
         for group, own in zip(self.groups, rest):
             group.pack(self.structure.force, own)
 
     def kick(self, dt: float, summed: np.ndarray) -> None:
-        reactions, *rest = np.split(summed, self.ends)
+        reactions, *rest = (summed[stretch] for stretch in self.stretches)
         for group, own in zip(self.groups, rest):
             group.take(own)
         self.advance(reactions.reshape(-1, 3), dt)
