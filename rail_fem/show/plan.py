@@ -41,7 +41,7 @@ def plan_figure(result: PassResult, fields: CrossingFields, name: str) -> Figure
         axes.set(xlim=(low, high), ylim=(bottom, top), aspect="equal", ylabel="y [mm]")
     direction = "runs to the right \u2192" if result.scene.direction == "facing" else "runs to the left \u2190"
     panels[-1].set_xlabel(f"x [mm]   (the wheel {direction}; y is positive towards the field side)")
-    legend_above(panels[0])
+    legend_above(panels[0], borderpad=1.0)  # its rings reach out of their lines, into the title
     if most > 0:
         strain_bar(figure, colours, list(panels), " of the surface elements")
     else:
