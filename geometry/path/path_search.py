@@ -20,6 +20,7 @@ PEAKS = 4  # lateral positions kept per station of the first search
 # spacing of the stations along x over the lateral spacing: the wheel's curvature is that much smaller
 STATION_RATIO = 8
 SEPARATION = 2e-3  # lateral positions closer than this are one [m]
+APART = 18e-3  # of two contacts of a wheel with one body, which give way each by itself [m]
 # times the resolution squared: positions whose first-search heights differ by less are all refined [1/m]
 UNDECIDED = 320.0
 CLOSE = 2e-8  # width to which a position is closed in [m]
@@ -61,15 +62,18 @@ class BodySearch:
         low, high = float(np.min(x) - reach), float(np.max(x) + reach)
         self.stations, self.peaks = _tabulated(crossing, wheel, body, radius, datum, resolution, low, high)
 
-    def contacts(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def contacts(self, x: np.ndarray, beside: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Axle height less radius (n,) and contact point (n, 3) [m] at axle positions x (n,); NaN where out of
-        reach."""
+        reach. beside (n,) : y of a contact there, from which others are looked for that lie APART across [m]; NaN:
+        none are."""
         wheel = self.radius, self.datum, self.profile
-        return refine_all(x, self.stations, self.peaks, self.reach, self.spacing, *wheel, *self.surface)
+        other = np.full(len(x), np.inf) if beside is None else beside
+        return refine_all(x, other, self.stations, self.peaks, self.reach, self.spacing, *wheel, *self.surface)
 
-    def first_search(self, x: np.ndarray) -> np.ndarray:
-        """Axle height less radius (n,) of the first search alone; NaN where out of reach."""
-        return search_all(x, self.stations, self.peaks, self.reach)
+    def first_search(self, x: np.ndarray, beside: np.ndarray | None = None) -> np.ndarray:
+        """Axle height less radius (n,) of the first search alone; NaN where out of reach. beside : as of contacts."""
+        other = np.full(len(x), np.inf) if beside is None else beside
+        return search_all(x, other, self.stations, self.peaks, self.reach)
 
 
 @functools.lru_cache(maxsize=32)
@@ -126,11 +130,11 @@ def station_range(at, stations, reach):
 
 
 @njit(cache=True)
-def search_all(x, stations, peaks, reach):
+def search_all(x, other, stations, peaks, reach):
     """Highest position (n,) over all stations within reach."""
     out = np.full(len(x), np.nan)
     for i in range(len(x)):
-        value, station, _ = best_position(x[i], stations, peaks, reach, out, 0)
+        value, station, _ = best_position(x[i], other[i], stations, peaks, reach, out, 0)
         if station >= 0:
             out[i] = value
     return out
@@ -145,9 +149,9 @@ def clear_of(y, found, count):
 
 
 @njit(cache=True)
-def best_position(at, stations, peaks, reach, found, count):
-    """Station and peak of the highest position clear of those already found: (height, station, peak), station -1:
-    none."""
+def best_position(at, other, stations, peaks, reach, found, count):
+    """Station and peak of the highest position clear of those already found, and APART from the y of another contact:
+    (height, station, peak), station -1: none."""
     best, station, peak = -np.inf, -1, -1
     first, last = station_range(at, stations, reach)
     for s in range(first, last):
@@ -155,13 +159,14 @@ def best_position(at, stations, peaks, reach, found, count):
             if np.isnan(peaks[s, k, 1]):
                 break
             height = peaks[s, k, 1] - rise(stations[s] - at, peaks[s, k, 2])
-            if height > best and clear_of(peaks[s, k, 0], found, count):
+            y = peaks[s, k, 0]
+            if height > best and abs(y - other) >= APART and clear_of(y, found, count):
                 best, station, peak = height, s, k
     return best, station, peak
 
 
 @njit(cache=True)
-def refine_all(x, stations, peaks, reach, spacing, radius, datum, profile, nose, c, loft):
+def refine_all(x, other, stations, peaks, reach, spacing, radius, datum, profile, nose, c, loft):
     """Refined height (n,) and point (n, 3): the best of all positions that the first search cannot tell apart."""
     height, point = np.full(len(x), np.nan), np.full((len(x), 3), np.nan)
     step = stations[1] - stations[0]
@@ -169,7 +174,7 @@ def refine_all(x, stations, peaks, reach, spacing, radius, datum, profile, nose,
     for i in range(len(x)):
         top = -np.inf
         for count in range(PEAKS):
-            value, s, k = best_position(x[i], stations, peaks, reach, found, count)
+            value, s, k = best_position(x[i], other[i], stations, peaks, reach, found, count)
             if s < 0 or value < top - UNDECIDED * spacing * spacing:
                 break
             top = max(top, value)
@@ -177,7 +182,7 @@ def refine_all(x, stations, peaks, reach, spacing, radius, datum, profile, nose,
             guess = stations[s] - x[i], peaks[s, k, 0]
             z, ahead, y = climb(x[i], guess, reach, step, spacing, radius, datum, profile, nose, c, loft)
             # a position at the rim is not where they meet
-            if abs(ahead) < reach and (np.isnan(height[i]) or z > height[i]):
+            if abs(ahead) < reach and abs(y - other[i]) >= APART and (np.isnan(height[i]) or z > height[i]):
                 height[i] = z
                 point[i, 0], point[i, 1] = x[i] + ahead, y
                 point[i, 2] = surface_height(x[i] + ahead, y, nose, c, loft)

@@ -21,6 +21,7 @@ from geometry.surfaces.crossing import CrossingError
 if TYPE_CHECKING:
     from geometry.surfaces.any_crossing import AnyCrossing
 
+RESOLUTION, REACH = 0.25e-3, 0.1  # lateral spacing of the first search, and how far ahead and behind it looks [m]
 LARGEST_FALL = 15e-3  # of the axle below or above plain line, beyond which the wheel has left its rail [m]
 
 
@@ -64,8 +65,8 @@ def wheel_path(
     x: np.ndarray,
     radius: float = 0.425,
     lateral_shift: float = 0.0,
-    resolution: float = 0.25e-3,
-    reach: float = 0.1,
+    resolution: float = RESOLUTION,
+    reach: float = REACH,
     within: float = np.inf,
 ) -> WheelPath:
     """Path of the rigid wheel.
@@ -144,6 +145,22 @@ def wheel_path(
         radius=radius,
         wheel=wheel.label,
     )
+
+
+def other_contacts(
+    crossing: AnyCrossing, wheel: Profile, path: WheelPath, body: str, within: float, lateral_shift: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where else the wheel of a path comes as near to a body as `within` [m], path_search.APART across from its
+    nearest point: gap (n,) as of WheelPath, and point (n, 3) [m]; NaN where nowhere."""
+    nearest, gap = (path.wing_point, path.wing_gap) if body == "wing" else (path.nose_point, path.nose_gap)
+    datum = tread_datum_y() + lateral_shift
+    search = BodySearch(crossing, wheel, body, path.x, path.radius, datum, RESOLUTION, REACH)
+    rolling, ahead = rolling_radius(wheel, path.radius, nearest[:, 1] - datum), nearest[:, 0] - path.x
+    top = nearest[:, 2] + np.sqrt(rolling**2 - ahead**2) - path.radius
+    near = search.first_search(path.x, nearest[:, 1]) > top + gap - within
+    height, point = np.full(len(path.x), np.nan), np.full((len(path.x), 3), np.nan)
+    height[near], point[near] = search.contacts(path.x[near], nearest[near, 1])
+    return gap + top - height, point
 
 
 def bodies_within(wing: np.ndarray, nose: np.ndarray, within: float) -> tuple[np.ndarray, np.ndarray]:

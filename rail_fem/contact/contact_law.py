@@ -5,7 +5,7 @@ positive a plastic indentation p = plastic_compliance * (F - yield_load) - relie
 F only grows with d, and p / e with F.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -32,6 +32,13 @@ class ContactLaw:
     plastic_compliance: float | np.ndarray = 0.0
     relief: float | np.ndarray = 0.0
     lag: float | np.ndarray = 0.0
+
+    def beside(self, other: "ContactLaw") -> "ContactLaw":
+        """Both laws' contacts, this one's first."""
+        values = (
+            [np.broadcast_to(getattr(law, f.name), law.height.shape) for law in (self, other)] for f in fields(self)
+        )
+        return ContactLaw(*map(np.concatenate, values))
 
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray]:

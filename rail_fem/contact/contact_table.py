@@ -22,7 +22,7 @@ from bem.exact.hertz import contact_stiffness, point_contact
 from bem.material import Elastic, contact_modulus
 from geometry.axes import tread_datum_y
 from geometry.hermite import cubic_between
-from geometry.path.wheel_path import WheelPath, rolling_radius, wheel_path
+from geometry.path.wheel_path import WheelPath, other_contacts, rolling_radius, wheel_path
 from geometry.profiles.profile import Profile, hermite_many
 from geometry.surfaces.bodies import BODIES, NO_METAL
 from kernel_cache import working_time
@@ -39,6 +39,9 @@ ROUNDS, HEAVY_ROUNDS = 4, 3  # of intersection and depth
 REACH = (14e-3, 18e-3)  # half length and half width of the position that is looked at [m]
 SAMPLES = (25, 49)  # along and across, denser in the middle
 FAR = 1.0  # gap where there is no surface [m]
+HIDDEN = 1.5e-3  # what lies this far below the wheel's rigid path carries nothing [m]
+# how far the gap opens between two contacts of a body, at ACROSS of their distance, or they are one [m]
+VALLEY, ACROSS = 0.1e-3, np.linspace(0, 1, 21)
 
 
 # of a table, with a row for each body
@@ -63,6 +66,7 @@ class ContactTable:
     modulus   : E* of wheel and each body [Pa]
     datum     : y of the wheel's tread datum [m]
     search_time : what finding it cost, also where it was kept from another scene [s]
+    second : where the wheel comes near the same bodies once more, beside: a table with rows as this; None: nowhere
     """
 
     x: np.ndarray
@@ -79,6 +83,12 @@ class ContactTable:
     modulus: tuple[float, float]
     datum: float
     search_time: float = 0.0
+    second: ContactTable | None = None
+
+    @property
+    def whole(self) -> tuple[ContactTable, ...]:
+        """This table and the one of second contacts."""
+        return (self,) if self.second is None else (self, self.second)
 
     def height_at(self, x: np.ndarray) -> np.ndarray:
         """(2, m) heights at x (m,) [m]: cubic Hermite between the table's positions, -inf where one of the two is out
@@ -179,26 +189,43 @@ def _tabled(key: TableKey, path: WheelPath, search_time: float) -> ContactTable:
     started = working_time()
     wing, nose, own = (Elastic(*steel) for steel in steels)
     moduli = contact_modulus(wing, own), contact_modulus(nose, own)
-    points = np.stack([path.wing_point, path.nose_point])
-    heights = path.height - np.stack([path.wing_gap, path.nose_gap])
-    parts = [_contacts(crossing, wheel, b, path, points[b], radius, datum, moduli[b], load) for b in (0, 1)]
-    gather = lambda name: np.stack([part[name] for part in parts])
-    return ContactTable(
-        path.x,
-        np.where(np.isfinite(heights), heights, -np.inf),
-        gather("slope"),
-        points,
-        gather("stiffness"),
-        gather("radii"),
-        gather("heavy_radii"),
-        gather("angle"),
-        gather("centre"),
-        gather("asymmetry"),
-        path.transfers,
-        moduli,
-        datum,
-        search_time + working_time() - started,
+    points, gaps = np.stack([path.wing_point, path.nose_point]), np.stack([path.wing_gap, path.nose_gap])
+    other_gaps, others = (
+        np.stack(found) for found in zip(*(_second_contacts(key, path, b, points[b]) for b in (0, 1)))
     )
+
+    def rows(gap: np.ndarray, point: np.ndarray, second: ContactTable | None) -> ContactTable:
+        parts = [_contacts(crossing, wheel, b, path, point[b], radius, datum, moduli[b], load) for b in (0, 1)]
+        found = {name: np.stack([part[name] for part in parts]) for name in BY_BODY if name not in ("height", "point")}
+        height = np.where(np.isfinite(gap) & np.isfinite(point[..., 0]), path.height - gap, -np.inf)
+        took = search_time + working_time() - started
+        return ContactTable(
+            x=path.x,
+            height=height,
+            point=point,
+            **found,
+            transfers=path.transfers,
+            modulus=moduli,
+            datum=datum,
+            search_time=took,
+            second=second,
+        )
+
+    second = rows(other_gaps, others, None) if np.isfinite(others).any() else None
+    return rows(gaps, points, second)
+
+
+def _second_contacts(key: TableKey, path: WheelPath, body: int, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gap (n,) and point (n, 3) [m] of second contacts on one body, beside its first (n, 3); NaN where there are none,
+    or only the other end of the patch of the first, as a cone's on a plane."""
+    gap, point = other_contacts(key.crossing, key.wheel, path, BODIES[body], HIDDEN, key.datum - tread_datum_y())
+    found = np.flatnonzero(np.isfinite(gap))
+    if len(found):
+        at_x, at_y = (first[found, None, :2] + ACROSS[:, None] * (point[found] - first[found])[:, None, :2]).T
+        between = surface_gap(key.crossing, key.wheel, body, path.x[found], at_x, at_y, key.radius, key.datum)
+        one = found[between.max(axis=0) - np.maximum(between[0], between[-1]) < VALLEY]
+        gap[one], point[one] = np.nan, np.nan
+    return gap, point
 
 
 def _contacts(

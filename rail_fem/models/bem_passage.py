@@ -22,7 +22,7 @@ from bem.patch import Patch, PatchCutError
 from geometry.surfaces.bodies import BODIES
 from kernel_cache import working_time
 from rail_fem.contact.contact_pairs import ContactPair, crossing_surface, pair_at
-from rail_fem.contact.contact_table import ContactTable, TableKey, table_key, table_of
+from rail_fem.contact.contact_table import HIDDEN, ContactTable, TableKey, table_key, table_of
 from rail_fem.passes.pass_result import pass_result, patch_steps
 from rail_fem.passes.plastic_indentation import as_seen, contacts_of, elastic_law
 from rail_fem.passes.validity import SolvedContact, bem_flags, law_flags
@@ -33,7 +33,6 @@ from rail_fem.settings.light import BemPassageSettings
 
 WINDOW = 0.025, 0.025  # half length and half width in which a patch is looked for at first [m]
 WIDEST = 0.1  # half width at most: wider than wing and tread together [m]
-HIDDEN = 1.5e-3  # a body this far below the wheel's rigid path carries nothing [m]
 
 
 def solve(

@@ -78,4 +78,6 @@ def solve_wheelset(scene: Scene, settings: RigidHertzSettings) -> PassResult:
 def every_second(table: ContactTable) -> ContactTable:
     """The same table at twice the spacing (both ends kept when their number is odd)."""
     keep = np.unique(np.r_[np.arange(0, len(table.x), 2), len(table.x) - 1])
-    return replace(table, x=table.x[keep], **{name: getattr(table, name)[:, keep] for name in BY_BODY})
+    second = None if table.second is None else every_second(table.second)
+    rows = {name: getattr(table, name)[:, keep] for name in BY_BODY}
+    return replace(table, x=table.x[keep], second=second, **rows)

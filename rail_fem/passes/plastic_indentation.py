@@ -19,6 +19,7 @@ Error: an order-of-magnitude theory. At the nose of the reference pass, 200 kN: 
 fe_full at 2 mm.
 """
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -41,16 +42,21 @@ ROUNDS = 20  # of strain and depth; each round shrinks the error at least by hal
 
 
 def contacts_of(scene: Scene, settings: IndentationSettings, table: ContactTable) -> Contacts:
-    """The contact law along the path: a power law through the elastic approaches under the static load and HEAVY of
-    them, with plastic indentation where the steel yields and the settings want them."""
+    """The contact law along the path, wing and nose, and where the settings see them their second contacts: a power law
+    through the elastic approaches under the static load and HEAVY of them, with plastic indentation where the steel
+    yields and the settings want them."""
+    laws = [_contacts_of(scene, settings, one) for one in as_seen(table, settings).whole]
+    return lambda x: functools.reduce(ContactLaw.beside, (law(x) for law in laws))
+
+
+def _contacts_of(scene: Scene, settings: IndentationSettings, table: ContactTable) -> Contacts:
     steels, load = (scene.materials.wing.steel(), scene.materials.nose.steel()), scene.static_wheel_load
-    table = as_seen(table, settings)
     exponent, rolled = elastic_law(table, load)[1], settings.indentation_law == "rolled"
     none = np.zeros(exponent.shape)
     if not settings.plastic_indentation:
         found = none, none, none
     elif rolled:
-        found = rolled_indentation(table, steels, load, scene.speed)
+        found = rolled_indentation(table, steels, load, scene.speed, settings.contact_law == "two loads")
     else:
         found, exponent = (*plastic_indentation(table, steels, load), none), np.full(exponent.shape, 1.5)
 
@@ -65,8 +71,12 @@ def contacts_of(scene: Scene, settings: IndentationSettings, table: ContactTable
 
 
 def as_seen(table: ContactTable, settings: IndentationSettings) -> ContactTable:
-    """The table with the paraboloids that the settings' contact law takes under HEAVY static loads."""
-    return table if settings.contact_law == "two loads" else replace(table, heavy_radii=table.radii)
+    """The table with the paraboloids that the settings' contact law takes under HEAVY static loads, and the second
+    contacts of a wheel that only moves up and down, where it takes them."""
+    if settings.contact_law == "static load":
+        return replace(table, heavy_radii=table.radii, second=None)
+    vertical = getattr(settings, "degrees_of_freedom", "vertical") == "vertical"
+    return table if vertical else replace(table, second=None)
 
 
 def elastic_law(table: ContactTable, load: float) -> tuple[np.ndarray, np.ndarray]:
@@ -84,13 +94,16 @@ def elastic_law(table: ContactTable, load: float) -> tuple[np.ndarray, np.ndarra
 
 
 def rolled_indentation(
-    table: ContactTable, steels: tuple[Steel, Steel], load: float, speed: float
+    table: ContactTable, steels: tuple[Steel, Steel], load: float, speed: float, grown: bool = False
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Force Y at which plastic indentation begins (2, n) [N], its depth per force C (2, n) [m/N], 0 where the steel is
     elastic, and the time in which it follows the force (2, n) [s]: p = C (F - Y^(1/3) stiffness^(2/3) e) meets the law
     under the static load [N] and HEAVY of them; Y < 0 where a contact grows flatter and is indented from the first.
 
-    The yield stress is that at the strain under the static load.
+    The yield stress is that at the strain under the static load. The lag is LAG semi-axes of the patch under that load,
+    or grown : of the one under HEAVY of them, as long as approach and indentation make it (the root of their sum over
+    the approach): in the half-space that LAG is from, under a half more
+    than its mean, that is a fifth more.
     """
     approach, exponent = elastic_law(table, load)
     yield_load, compliance = np.full(approach.shape, NEVER), np.zeros(approach.shape)
@@ -112,7 +125,8 @@ def rolled_indentation(
         per_force = np.maximum(first + share * light, LEAST * light)  # times the static load
         compliance[body, near] = per_force / load
         yield_load[body, near] = load * ((per_force - first) / per_force) ** 3
-        lag[body, near] = np.maximum(LAG * sizes[:, 0] / speed, SHORTEST_LAG)
+        along = wider[:, 0] * np.sqrt(1 + np.maximum(second, 0) / heavy) if grown else sizes[:, 0]
+        lag[body, near] = np.maximum(LAG * along / speed, SHORTEST_LAG)
     return yield_load, compliance, lag
 
 

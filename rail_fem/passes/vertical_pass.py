@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geometry.surfaces.bodies import BODIES
 from rail_fem.contact.contact_law import ContactLaw, contact_energies
 from rail_fem.passes.vertical_dynamics import (
     TRACK,
@@ -179,9 +180,12 @@ def run_pass(
     if beam is not None:
         distance = distance - beam.heights(motion.beam_position, x[::2])
     energy = contact_energies(distance, height[:, ::2] - motion.dent, laws[:, ::2])
-    return LightPass(
-        (np.arange(motion.force.shape[1]) + 0.5) * step, x[1::2], motion.force, motion, masses, step, energy, beam
+    steps = motion.force.shape[1]
+    # second contacts stand behind the bodies' first
+    force = (
+        motion.force if len(motion.force) <= len(BODIES) else motion.force.reshape(-1, len(BODIES), steps).sum(axis=0)
     )
+    return LightPass((np.arange(steps) + 0.5) * step, x[1::2], force, motion, masses, step, energy, beam)
 
 
 def beam_of(scene: Scene, settings: PassSettings) -> TrackBeam | None:

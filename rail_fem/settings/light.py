@@ -130,7 +130,8 @@ class IndentationSettings(PassSettings):
         "static load",
         description=(
             "the paraboloid in place of a gap: the one under the static load, F = K d^1.5, or those under one and three"
-            " of them and F = K d^n between: for cones, wheels in a fillet, the leg"
+            " of them and F = K d^n between, with the second place where a body is touched: for cones, wheels in a"
+            " fillet, the leg"
         ),
     )
 

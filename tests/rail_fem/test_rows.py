@@ -2,21 +2,23 @@
 that the shipped lists hold."""
 
 from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
-from rail_fem.contact.contact_table import table_key, table_of
+from rail_fem.contact.contact_table import contact_table, table_key, table_of
 from rail_fem.models import rigid_hertz
+from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.track_beam import track_beam
+from rail_fem.passes.vertical_pass import run_pass
 from rail_fem.result.events import leg_flight, longest_flight
 from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.sweeps.rows import cases_of, read_rows, rows_table
 from rail_fem.sweeps.trends import MEASURES, TrendError, over_leg
 from tests.commands import call
-from tests.rail_fem.leg_contacts import two_contact_pass, two_contact_table
 
 ROWS = Path(__file__).resolve().parents[2] / "cases" / "rows"
 LISTS = sorted(path.stem for path in ROWS.glob("*.toml"))
@@ -150,25 +152,32 @@ def leg_case():
     return case.scene, RigidHertzSettings(start=low - 0.06, end=high + 0.25)
 
 
-def test_two_contacts_together_are_what_carries_a_rigid_wheel():
-    """The higher of both contacts is the whole wheel's, everywhere on the leg."""
-    key = table_key(leg_case()[0], -0.78, -0.62, 5e-3)
-    both, whole = two_contact_table(key), table_of(key)
-    assert np.abs(both.height.max(axis=0) - whole.height[0]).max() < 1e-9
-    change = int(np.argmax(both.height[1] > both.height[0]))
-    assert 0 < change and both.height[1, 0] < both.height[0, 0]
-    near = np.abs(both.x - both.x[change]) < 6e-3  # there the other is within an approach under the load, 0.1 mm
-    assert np.abs(both.height[0] - both.height[1])[near].min() < 0.1e-3
+def test_where_the_wheel_changes_sides_on_the_leg_first_and_second_contact_change_places():
+    """As high there as each other, each where the other one was, and no second contact above its first."""
+    table = table_of(table_key(leg_case()[0], -0.76, -0.70, 1e-3))
+    second, side = table.second, np.sign(table.point[0, :, 1])
+    (change,) = np.flatnonzero(np.diff(side))
+    apart = table.height[0] - second.height[0]
+    assert (apart[np.isfinite(second.height[0])] >= 0).all()
+    # the new side rises by 30 mrad: within a step of 1 mm the two are as high
+    assert apart[[change, change + 1]].max() < 0.04e-3
+    assert np.abs(table.point[0, change + 1] - second.point[0, change]).max() < 2e-3
+    assert np.abs(second.point[0, change + 1] - table.point[0, change]).max() < 2e-3
 
 
-def test_with_two_contacts_the_leg_is_struck_less_hard():
-    """What the wheel rides is no kink where both sides of the head carry: fe_full, too, has less than one contact."""
+def test_a_cone_that_lies_on_a_plane_touches_once():
+    """Its rigid path goes from one end of the line to the other: no second contact, for the gap never opens between."""
+    cone = load_case(ROWS.parent / "thesis" / "case_08.toml").scene
+    assert table_of(table_key(cone, 0.12, 0.17, 5e-3)).second is None
+
+
+def test_where_both_sides_of_the_leg_are_as_high_they_carry_twice_what_one_does():
+    """Approaches are alike there, and stiffness is by a tenth (fe_full on 2 mm: 108 kN, both 114, one 56)."""
     scene, settings = leg_case()
-    two, one = two_contact_pass(scene, settings), rigid_hertz.solve(scene, settings)
-    assert two.force.max() < 0.9 * one.peaks["largest_force"].value
-
-
-def test_two_contacts_are_for_the_leg_alone():
-    settings = RigidHertzSettings(start=0.2, end=0.5, path_spacing=10e-3)
-    with pytest.raises(ValueError, match="the wheel comes to the nose at x = 3"):
-        two_contact_pass(leg_case()[0], settings)
+    settings = settings.model_copy(update={"contact_law": "two loads"})
+    table = contact_table(scene, *settings.window(scene), settings.path_spacing)
+    tables = table, replace(table, second=None)
+    both, one = (run_pass(scene, settings, contacts_of(scene, settings, t)) for t in tables)
+    change = table.x[1:][np.diff(np.sign(table.point[0, :, 1])) != 0][0]
+    force = [np.interp(change, run.x, run.force.sum(axis=0)) for run in (both, one)]
+    assert force[0] / force[1] == pytest.approx(2.0, rel=0.15)
