@@ -7,9 +7,20 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from bem.steel.cyclic_law import CyclicLaw
 from rail_fem.fe.plan.mass_scaling import CUBE
-from rail_fem.fe.state import KINEMATIC, LANES, N_MATERIAL, N_STATE, PLASTIC_STRAIN, POINT_STATE, STRESS, YIELD
+from rail_fem.fe.plasticity import MaterialTable
+from rail_fem.fe.state import (
+    CYCLIC,
+    ISOTROPIC,
+    KINEMATIC,
+    LANES,
+    N_MATERIAL,
+    N_STATE,
+    PLASTIC_STRAIN,
+    POINT_STATE,
+    STRESS,
+    YIELD,
+)
 from rail_fem.scene.steel import Steel
 
 
@@ -28,35 +39,19 @@ class ElementSettings:
     quadratic_viscosity: float = 1.2
 
 
-@dataclass(frozen=True)
-class MaterialTable:
-    """Steels as the kernels read them: rows (n, N_MATERIAL), all yield curves end to end with their start (n+1,), and
-    the law over cycles of each that has one."""
-
-    rows: np.ndarray
-    curve_start: np.ndarray
-    curve_strain: np.ndarray
-    curve_stress: np.ndarray
-    laws: tuple[CyclicLaw | None, ...]
-
-    @property
-    def back_stresses(self) -> int:
-        """The most that a material has."""
-        cyclic = max((law.modulus.size for law in self.laws if law is not None), default=0)
-        return max(cyclic, int(self.rows[:, KINEMATIC].any()))
-
-
 def material_table(steels: list[Steel], settings: ElementSettings, least_step: float = 0.0) -> MaterialTable:
     """One row for each steel; an elastic steel gets an infinite yield stress.
 
     least_step : critical step that small elements are made heavy for [s] (Structure). The bulk viscosity of such an
         element, with its own density and wave speed, is that of a cube of steel with this step.
     """
-    rows, strain, stress, start = np.zeros((len(steels), N_MATERIAL)), [], [], [0]
+    rows, strain, stress, start, backs = np.zeros((len(steels), N_MATERIAL)), [], [], [0], []
     for i, steel in enumerate(steels):
         shear = steel.youngs_modulus / (2 * (1 + steel.poisson))
         lame = 2 * shear * steel.poisson / (1 - 2 * steel.poisson)
         wave = lame + 2 * shear
+        law = steel.cyclic
+        kind = CYCLIC if law is not None else KINEMATIC if steel.hardening == "kinematic" else ISOTROPIC
         rows[i] = (
             lame,
             shear,
@@ -65,14 +60,18 @@ def material_table(steels: list[Steel], settings: ElementSettings, least_step: f
             settings.linear_viscosity,
             settings.quadratic_viscosity,
             settings.hourglass * 3.5 * shear,
-            steel.hardening == "kinematic",
+            kind,
             np.sqrt(wave / steel.density) * least_step / CUBE,
+            *((0.0, 0.0, 0.0) if law is None else (law.yield_stress, law.hardening, law.hardening_rate)),
         )
+        own = np.zeros((3, int(kind == KINEMATIC))) if law is None else (law.modulus, law.recovery, law.mixing)
+        backs.append(np.reshape(own, (3, -1)))
         strain.append([0.0] if steel.is_elastic else steel.hardening_strain)
         stress.append([np.inf] if steel.is_elastic else steel.hardening_stress)
         start.append(start[-1] + len(strain[-1]))
-    laws = tuple(steel.cyclic for steel in steels)
-    return MaterialTable(rows, np.array(start, np.int64), np.concatenate(strain), np.concatenate(stress), laws)
+    ends = np.cumsum([0, *(own.shape[1] for own in backs)])
+    curves = np.array(start, np.int64), np.concatenate(strain), np.concatenate(stress)
+    return MaterialTable(rows, *curves, ends, *np.hstack(backs).astype(float))
 
 
 class BlockViews(NamedTuple):
@@ -83,14 +82,6 @@ class BlockViews(NamedTuple):
     material_of: np.ndarray
     state: np.ndarray
     back: np.ndarray
-
-
-class BlockRun(NamedTuple):
-    """Blocks first..last-1; material : their row of the table where they follow its law over cycles, else -1."""
-
-    first: int
-    last: int
-    material: int
 
 
 class ElementBlocks:
@@ -137,7 +128,6 @@ class ElementBlocks:
         self.entries = self.state.reshape(-1, self.rows, LANES)
         self.back_rows = 6 * points * table.back_stresses
         self.back = np.zeros(self.state.size // self.rows * self.back_rows)
-        self.is_cyclic = np.array([law is not None for law in table.laws], bool)
         if not stateless:
             first = table.curve_stress[table.curve_start[self.material_of]]
             for point in range(points):
@@ -148,15 +138,6 @@ class ElementBlocks:
         state = np.zeros((n_blocks, self.rows, LANES))
         state[:, [point * POINT_STATE + YIELD for point in range(self.points)], :] = np.inf
         return state
-
-    def by_law(self, first: int, last: int) -> list[BlockRun]:
-        """The blocks first..last-1 in runs of one kernel: each material with a law over cycles alone."""
-        if not self.is_cyclic.any():
-            return [BlockRun(first, last, -1)]
-        own = np.where(self.is_cyclic[self.material_of[first:last]], self.material_of[first:last], -1)
-        cuts = first + np.flatnonzero(np.diff(own)) + 1
-        ends = [first, *(int(cut) for cut in cuts), last]
-        return [BlockRun(a, b, int(own[a - first])) for a, b in zip(ends, ends[1:]) if b > a]
 
     def part(self, first: int, last: int) -> BlockViews:
         """Views of the blocks first..last-1."""

@@ -63,6 +63,14 @@ def gradient_and_stress(m, fixed, e, lame, shear):
     return l, add_elastic((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), l, 1.0, lame, shear)
 
 
+@inlined
+def elastic_hourglass(m, l, g1, g2, g3, g4, k):
+    """The four hourglass forces of an element, m the modes of its displacement, l its gradient, g its hourglass
+    coordinates, k its stiffness."""
+    q1, q2 = hourglass_force(m[3], l, g1, k), hourglass_force(m[4], l, g2, k)
+    return q1, q2, hourglass_force(m[5], l, g3, k), hourglass_force(m[6], l, g4, k)
+
+
 @part
 def elastic_forces(nodal, lame, shear, fixed, own):
     """Stress and hourglass forces of a block -> own (N_FORCES*W,); nodal (24*W,) holds the displacement."""
@@ -72,10 +80,13 @@ def elastic_forces(nodal, lame, shear, fixed, own):
         store(own, 0, 0, e, stress[:3])
         store(own, 0, 3, e, stress[3:])
         k = fixed[32 * _W + e]
-        store(own, 0, HOURGLASS, e, hourglass_force(m[3], l, load(fixed, 0, 18, e), k))
-        store(own, 0, HOURGLASS + 3, e, hourglass_force(m[4], l, load(fixed, 0, 21, e), k))
-        store(own, 0, HOURGLASS + 6, e, hourglass_force(m[5], l, load(fixed, 0, 24, e), k))
-        store(own, 0, HOURGLASS + 9, e, hourglass_force(m[6], l, load(fixed, 0, 27, e), k))
+        g1, g2 = load(fixed, 0, 18, e), load(fixed, 0, 21, e)
+        g3, g4 = load(fixed, 0, 24, e), load(fixed, 0, 27, e)
+        q1, q2, q3, q4 = elastic_hourglass(m, l, g1, g2, g3, g4, k)
+        store(own, 0, HOURGLASS, e, q1)
+        store(own, 0, HOURGLASS + 3, e, q2)
+        store(own, 0, HOURGLASS + 6, e, q3)
+        store(own, 0, HOURGLASS + 9, e, q4)
 
 
 @inlined

@@ -24,9 +24,9 @@ import numpy as np
 from rail_fem.fe.finite_strain import add_elastic, rotate_stress, step_rotation, to_mid_step, von_mises
 from rail_fem.fe.hexahedron import N_SCRATCH, energy_density
 from rail_fem.fe.lanes import compiled, gather, gather_one, inlined, load, part, scatter, store
-from rail_fem.fe.plasticity import EXCESS, return_isotropic, return_kinematic
+from rail_fem.fe.plasticity import EXCESS, add_centre, flow_back, has_flowed, point_buffers, turn
 from rail_fem.fe.prefetch import NUMBERS, fetch
-from rail_fem.fe.state import KINEMATIC, LANES, N_STATE_FULL, POINT_STATE, POINTS, YIELD
+from rail_fem.fe.state import LANES, N_STATE_FULL, POINT_STATE, POINTS, YIELD
 from rail_fem.fe.trilinear import (
     cross,
     dot,
@@ -106,11 +106,10 @@ def gradient_component(v1, v2, v3, c1, c2, c3, i, j, s):
 
 
 @part
-def point_trial(vectors, rates, mean, point, dt, material, state, back, turns_back, keeps_rotation, scratch):
+def point_trial(vectors, rates, mean, point, dt, material, state, keeps_rotation, scratch):
     """Trial stress of one point of a block, and what its force needs -> scratch: area vectors, volume, excess.
 
-    state : (POINT_STATE*W,) of this point;  back : (6*W,) its back stress, turned along where `turns_back`
-    keeps_rotation : the step's goes to the rows from ROTATION of scratch
+    state : (POINT_STATE*W,) of this point;  keeps_rotation : the step's goes to the rows from ROTATION of scratch
     """
     lame, shear = material[0], material[1]
     r1, r2, r3 = rows_at(point)
@@ -153,10 +152,6 @@ def point_trial(vectors, rates, mean, point, dt, material, state, back, turns_ba
         store(scratch, 0, 6, e, c3)
         scratch[JACOBIAN * _W + e] = jacobian
         scratch[EXCESS * _W + e] = von_mises(stress) - state[YIELD * _W + e]
-        if turns_back:
-            turned = rotate_stress(r, load(back, 0, 0, e) + load(back, 0, 3, e))
-            store(back, 0, 0, e, turned[:3])
-            store(back, 0, 3, e, turned[3:])
         if keeps_rotation:
             store(scratch, 0, ROTATION, e, r[0])
             store(scratch, 0, ROTATION + 3, e, r[1])
@@ -213,49 +208,38 @@ def nodal_force(forces, mean, f):
 
 
 @compiled
-def update_full_elements(
-    x, v, dt, nodes, filled, material_of, materials, curve_start, curve_strain, curve_stress, state, back, force, work
-):
+def update_full_elements(x, v, dt, nodes, filled, material_of, steels, state, back, force, work):
     """One step of every block: as `rail_fem.fe.hexahedron.update_elements`, at eight points an element.
 
-    state : (n_blocks*N_STATE_FULL*LANES,), point by point POINT_STATE rows;  back : (n_blocks*k*8*6*LANES,) or empty;
+    state : (n_blocks*N_STATE_FULL*LANES,), point by point POINT_STATE rows;  back : (n_blocks*8*k*6*LANES,), point by
+    point;
     everything else, and what is returned, as there: the second work of a block, of hourglass control, stays 0.
     """
     nodal, vectors, rates = np.empty(48 * _W), np.empty(VECTORS * _W), np.empty(VECTORS * _W)
-    forces, mean, scratch, return_factor = (
-        np.empty(VECTORS * _W),
-        np.empty(MEAN * _W),
-        np.empty(N_SCRATCH * _W),
-        np.empty(_W),
-    )
-    none = np.empty(0)
+    forces, mean, scratch = np.empty(VECTORS * _W), np.empty(MEAN * _W), np.empty(N_SCRATCH * _W)
+    point, stride = point_buffers(steels), back.size // max(filled.size, 1)
     smallest = np.inf
     for block in range(filled.size):
         start, s, count, row = block * 8 * _W, block * N_STATE_FULL * _W, filled[block], material_of[block]
+        held = 6 * _W * (steels.back_start[row + 1] - steels.back_start[row])
         gather(x, v, nodes, start, nodal)
-        whole_element(nodal, dt, materials[row], vectors, rates, mean)
+        whole_element(nodal, dt, steels.rows[row], vectors, rates, mean)
         forces[:] = 0.0
-        c0, c1 = curve_start[row], curve_start[row + 1]
-        strain, stress = curve_strain[c0:c1], curve_stress[c0:c1]
-        for point in range(POINTS):
-            ahead = s + (point + 1) * POINT_STATE * _W
+        for q in range(POINTS):
+            ahead = s + (q + 1) * POINT_STATE * _W
             fetch(state, ahead, POINT_STATE * _W, NUMBERS)
-            own = state[s + point * POINT_STATE * _W : ahead]
-            if materials[row, KINEMATIC] > 0.0:
-                first = block * (back.size // filled.size) + point * 6 * _W
-                centre = back[first : first + 6 * _W]
-                for k in range(6 * _W):
-                    own[k] -= centre[k]
-                point_trial(vectors, rates, mean, point, dt, materials[row], own, centre, True, False, scratch)
-                return_kinematic(
-                    own, centre, scratch, count, materials[row, 1], strain, stress, return_factor, POINT_STATE
-                )
-                for k in range(6 * _W):
-                    own[k] += centre[k]
+            own, first = state[s + q * POINT_STATE * _W : ahead], block * stride + q * held
+            backs = back[first : first + held]
+            moved = backs.size > 0 and has_flowed(own, count)
+            if moved:
+                add_centre(own, backs, -1.0)
+                point_trial(vectors, rates, mean, q, dt, steels.rows[row], own, True, scratch)
+                turn(backs, scratch, ROTATION)
             else:
-                point_trial(vectors, rates, mean, point, dt, materials[row], own, none, False, False, scratch)
-                return_isotropic(own, scratch, count, materials[row, 1], strain, stress, return_factor, POINT_STATE)
-            add_point_force(own, scratch, point, mean, forces)
+                point_trial(vectors, rates, mean, q, dt, steels.rows[row], own, False, scratch)
+            if flow_back(steels, row, own, backs, scratch, count, point, POINT_STATE) or moved:
+                add_centre(own, backs, 1.0)
+            add_point_force(own, scratch, q, mean, forces)
             for e in range(count):
                 work[3 * block] += scratch[EXCESS * _W + e] * scratch[JACOBIAN * _W + e]
                 if not scratch[JACOBIAN * _W + e] > 0.0:

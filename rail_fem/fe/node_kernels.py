@@ -12,6 +12,22 @@ import numpy as np
 from kernel_cache import njit
 
 SMALL, CHANGED = 1, 2  # marks of an unknown in `kick`
+_inlined = njit(inline="always", error_model="numpy")
+
+
+@_inlined
+def kicked(old, force, inverse_mass, dt):
+    """A velocity after the kick."""
+    return old + dt * force * inverse_mass
+
+
+@_inlined
+def pushed(v, f, inner, inverse_mass, dt):
+    """What a contact force f changes of a velocity v after the kick by the internal force `inner`: the velocity, the
+    work of f with the mean of the velocities before and after the whole kick, and that of `inner` [J]."""
+    change = dt * f * inverse_mass
+    new = v + change
+    return new, dt * f * (new - 0.5 * (change + dt * inner * inverse_mass)), 0.5 * dt * inner * change
 
 
 CHUNK = 2048  # unknowns whose velocities, forces and positions stay in the first caches
@@ -23,7 +39,7 @@ def kick_range(v, force, inverse_mass, mass_damping, dt, marks, first, last, wor
     all_power, small_power, damping_work = 0.0, 0.0, 0.0
     for i in range(first, last):
         old = v[i]
-        new = old + dt * force[i] * inverse_mass[i]
+        new = kicked(old, force[i], inverse_mass[i], dt)
         v[i] = new
         power = 0.5 * force[i] * (old + new)
         all_power += power
@@ -117,18 +133,15 @@ def apply_contact(v, internal, force, inverse_mass, local, at, small, dt, works)
     v, internal : (3 n,) velocities after the kick without contact, internal forces;
     force : (m, 3), inverse_mass : (m,) of surface nodes
     local, at : (k,) node and surface number of the nodes in question;  small : (n,) as of `add_motion_energy`
-    All works go with the mean of the velocities before and after the whole kick; `works` (see `kick`) gets what contact
-    changes of the internal work.
+    `works` (see `kick`) gets what contact changes of the internal work.
     """
     work = 0.0
     for i in range(local.size):
         n, a = local[i], at[i]
         for c in range(3):
-            f, inner = force[a, c], internal[3 * n + c]
-            change = dt * f * inverse_mass[a]
-            v[3 * n + c] += change
-            work += dt * f * (v[3 * n + c] - 0.5 * (change + dt * inner * inverse_mass[a]))
-            works[small[n]] -= 0.5 * dt * inner * change
+            v[3 * n + c], done, changed = pushed(v[3 * n + c], force[a, c], internal[3 * n + c], inverse_mass[a], dt)
+            work += done
+            works[small[n]] -= changed
     return work
 
 

@@ -124,7 +124,7 @@ def _with_even_steps(structure: Structure) -> Structure:
     own.mass = own.lumped_mass((least / length) ** 2)
     rows = structure.table.rows.copy()
     rows[:, [LINEAR_VISCOSITY, QUADRATIC_VISCOSITY]] = 0.0
-    own.table = replace(structure.table, rows=rows)
+    own.table = structure.table._replace(rows=rows)
     own.settings = replace(structure.settings, linear_viscosity=0.0, quadratic_viscosity=0.0)
     return own
 

@@ -10,10 +10,9 @@ from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.elastic import add_elastic_force, elastic_stress, fixed_geometry
 from rail_fem.fe.hexahedron import stored_energy, update_elements, volumes
-from rail_fem.fe.hexahedron_cyclic import update_cyclic_elements, update_full_cyclic_elements
 from rail_fem.fe.hexahedron_full import stored_energy_full, update_full_elements
 from rail_fem.fe.rings import add_ring_force, find_rings, give_lines, take_lines
-from rail_fem.fe.state import KINEMATIC, LANES, LINEAR_VISCOSITY, N_WORK, POINTS, QUADRATIC_VISCOSITY
+from rail_fem.fe.state import LANES, LAW, LINEAR_VISCOSITY, N_WORK, POINTS, QUADRATIC_VISCOSITY
 from rail_fem.scene.steel import Steel
 
 CELLS_AT_A_TIME = 4096  # whose critical steps are worked out together
@@ -85,7 +84,6 @@ class Structure:
         self.finite_cells, self.small_cells = (np.flatnonzero(f).astype(np.int32) for f in (~is_small, is_small))
         full = settings.element == "full"
         self.update_elements = update_full_elements if full else update_elements
-        self.update_cyclic = update_full_cyclic_elements if full else update_cyclic_elements
         self.stored_energy = stored_energy_full if full else stored_energy
         self.finite = ElementBlocks(
             domain.cells[self.finite_cells],
@@ -153,33 +151,13 @@ class Structure:
     def add_internal_force(self, dt: float) -> None:
         """Minus the internal force at the present x and v, added to `force` of owned and ghost nodes; updates stresses.
         Rank-local."""
-        t, b = self.table, self.finite
         self.smallest_volume = np.inf
-        for first, last, cyclic in (run for active in self.active for run in b.by_law(*active)):
-            nodes, filled, material_of, state, back = b.part(first, last)
+        for first, last in self.active:
+            nodes, filled, material_of, state, back = self.finite.part(first, last)
             work = self.block_work.ravel()[N_WORK * first : N_WORK * last]
-            if cyclic >= 0:
-                row, law = t.rows[cyclic], t.laws[cyclic]
-                smallest = self.update_cyclic(
-                    self.x, self.v, dt, nodes, filled, row, law, state, back, self.force, work
-                )
-            else:
-                smallest = self.update_elements(
-                    self.x,
-                    self.v,
-                    dt,
-                    nodes,
-                    filled,
-                    material_of,
-                    t.rows,
-                    t.curve_start,
-                    t.curve_strain,
-                    t.curve_stress,
-                    state,
-                    back,
-                    self.force,
-                    work,
-                )
+            smallest = self.update_elements(
+                self.x, self.v, dt, nodes, filled, material_of, self.table, state, back, self.force, work
+            )
             self.smallest_volume = np.minimum(self.smallest_volume, smallest)  # keeps what is not a number
         self._add_small_force(self.x, self.domain.reference, self.v, self.damping, self.force)
 
@@ -226,30 +204,16 @@ class Structure:
     def stiffness_times(self, direction: np.ndarray) -> np.ndarray:
         """Elastic stiffness (with hourglass stiffness, on the present geometry) times a nodal vector (3 n_nodes,).
         Collective."""
-        out, t, b = self.domain.nodal_vector(), self.table, self.finite
-        rows, scale = t.rows.copy(), 1e-9
-        rows[:, [LINEAR_VISCOSITY, QUADRATIC_VISCOSITY, KINEMATIC]] = 0.0
+        out, b = self.domain.nodal_vector(), self.finite
+        rows, scale = self.table.rows.copy(), 1e-9
+        rows[:, [LINEAR_VISCOSITY, QUADRATIC_VISCOSITY, LAW]] = 0.0
         for first in range(0, len(b.filled), BLOCKS_AT_A_TIME):
             part = slice(first, first + BLOCKS_AT_A_TIME)
             filled = b.filled[part]
             state = b.unstressed(len(filled))
             nodes, work = b.nodes.reshape(-1, 8 * LANES)[part].ravel(), np.zeros(N_WORK * len(filled))
-            self.update_elements(
-                self.x,
-                direction,
-                scale,
-                nodes,
-                filled,
-                b.material_of[part],
-                rows,
-                t.curve_start,
-                t.curve_strain,
-                t.curve_stress,
-                state.ravel(),
-                np.empty(0),
-                out,
-                work,
-            )
+            own = filled, b.material_of[part], self.table._replace(rows=rows), state.ravel(), np.empty(0), out, work
+            self.update_elements(self.x, direction, scale, nodes, *own)
         out /= scale
         self._add_small_force(direction, self.domain.nodal_vector(), direction, 0.0, out)
         np.negative(out, out=out)

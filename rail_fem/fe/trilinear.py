@@ -39,11 +39,8 @@ def times(m, u):
 
 
 @inlined
-def scalar_modes(n, k, e):
-    """Component k of the nodal values n (24*W,) of lane e -> its 7 modes (xi, eta, zeta, eta zeta, zeta xi, xi eta, xi
-    eta zeta)."""
-    n0, n1, n2, n3 = n[k * _W + e], n[(3 + k) * _W + e], n[(6 + k) * _W + e], n[(9 + k) * _W + e]
-    n4, n5, n6, n7 = n[(12 + k) * _W + e], n[(15 + k) * _W + e], n[(18 + k) * _W + e], n[(21 + k) * _W + e]
+def scalar_modes(n0, n1, n2, n3, n4, n5, n6, n7):
+    """Values at the eight nodes -> their 7 modes (xi, eta, zeta, eta zeta, zeta xi, xi eta, xi eta zeta)."""
     s10, d10, s23, d23 = n1 + n0, n1 - n0, n2 + n3, n2 - n3
     s54, d54, s67, d67 = n5 + n4, n5 - n4, n6 + n7, n6 - n7
     low, low_y, low_x, low_xy = s23 + s10, s23 - s10, d23 + d10, d23 - d10
@@ -60,9 +57,16 @@ def scalar_modes(n, k, e):
 
 
 @inlined
-def vector_modes(n, e):
-    """The 7 modal vectors a1 a2 a3 g1 g2 g3 g4 of lane e."""
-    x, y, z = scalar_modes(n, 0, e), scalar_modes(n, 1, e), scalar_modes(n, 2, e)
+def component_modes(n, k, e):
+    """`scalar_modes` of component k of the nodal values n (24*W,) of lane e."""
+    n0, n1, n2, n3 = n[k * _W + e], n[(3 + k) * _W + e], n[(6 + k) * _W + e], n[(9 + k) * _W + e]
+    n4, n5, n6, n7 = n[(12 + k) * _W + e], n[(15 + k) * _W + e], n[(18 + k) * _W + e], n[(21 + k) * _W + e]
+    return scalar_modes(n0, n1, n2, n3, n4, n5, n6, n7)
+
+
+@inlined
+def by_mode(x, y, z):
+    """The modes of three components -> the 7 modal vectors a1 a2 a3 g1 g2 g3 g4."""
     return (
         (x[0], y[0], z[0]),
         (x[1], y[1], z[1]),
@@ -72,6 +76,12 @@ def vector_modes(n, e):
         (x[5], y[5], z[5]),
         (x[6], y[6], z[6]),
     )
+
+
+@inlined
+def vector_modes(n, e):
+    """The 7 modal vectors of lane e."""
+    return by_mode(component_modes(n, 0, e), component_modes(n, 1, e), component_modes(n, 2, e))
 
 
 @inlined

@@ -112,9 +112,10 @@ def operations_each(strain: float) -> dict[str, float]:
     velocity = strain * EDGE / STEP * rng.uniform(-1, 1, points.shape)
     nodes = np.arange(8 * LANES).reshape(LANES, 8).T.ravel()
     filled, kind = np.array([LANES]), np.array([0])
-    curve = table.curve_start, counted(table.curve_strain), counted(table.curve_stress)
-    count_in(elastic, finite_strain, hexahedron, hexahedron_full, plasticity)
     rows, x, v = counted(table.rows), counted(points.ravel()), counted(velocity.ravel())
+    curve = {name: counted(getattr(table, name)) for name in ("curve_strain", "curve_stress")}
+    steels = table._replace(rows=rows, **curve)
+    count_in(elastic, finite_strain, hexahedron, hexahedron_full, plasticity)
     found = {}
 
     def count(name: str, action: Callable[[], object]) -> None:
@@ -129,7 +130,7 @@ def operations_each(strain: float) -> dict[str, float]:
         state = np.zeros((entries, LANES))
         state[YIELD::stride] = table.curve_stress[0]
         state, force, work = counted(state.ravel()), counted(np.zeros(points.size)), counted(np.zeros(3))
-        arguments = nodes, filled, kind, rows, *curve, state, np.empty(0), force, work
+        arguments = nodes, filled, kind, steels, state, np.empty(0), force, work
         count(name, partial(update, x, v, Counted(STEP), *arguments))
     geometry, _ = elastic.fixed_geometry(x, nodes, filled, kind, rows)
     places = nodes // LANES * 3 * LANES + nodes % LANES

@@ -35,71 +35,88 @@ def material_flow(reference, position, quad, weight, yaw, flow, t1, t2, r1, r2, 
 
 
 @_part
-def add_friction_forces(pairs, nodes, law, spin, yaw, dt, found, sliding, sums):
-    """Coulomb friction of the rail's nodes: elastic slip per node with the same implicit stiffness, returned to the
-    cone friction * normal force; fills `sliding`."""
-    flow, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
-    r1, r2, point, trial = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+def rub(pairs, i, nodes, law, spin, yaw, dt, found, sliding, sums, flow, trial, t1, t2, r1, r2, point):
+    """Friction of pair i of the rail's nodes: elastic slip with the implicit stiffness of the normal force, returned to
+    the cone friction * normal force -> `slip`, `sticking`, `moved`, `drag` of the pair, moment added to sums.
+
+    flow ... point : (3,) buffers
+    """
     normal, weight, position, before = pairs.normal, pairs.weight, nodes.position, nodes.before
-    slip, force, moved, drag = found.slip, found.force, sliding.moved, sliding.drag
+    slip, drag = found.slip, sliding.drag
+    s, q = pairs.slaves[i], pairs.quads[pairs.facets[i]]
+    material_flow(nodes.from_axle, position, q, weight[i], yaw, flow, t1, t2, r1, r2, point)
+    along = 0.0
+    for c in range(3):
+        move = position[s, c] - before[s, c] - dt * spin * flow[c]
+        for k in range(4):
+            move -= weight[i, k] * (position[q[k], c] - before[q[k], c])
+        sliding.moved[i, c] = move
+        trial[c] = slip[s, c] + move
+        along += trial[c] * normal[i, c]
+    size = 0.0
+    for c in range(3):
+        trial[c] -= along * normal[i, c]
+        size += trial[c] * trial[c]
+    size = math.sqrt(size)
+    stiffness = nodes.area[s] / (
+        law.compliance + dt * dt * pair_mobility(pairs, i, found.tributary_area, nodes.inverse_mass)
+    )
+    f = stiffness * size
+    bound = law.friction * found.normal_force[s]
+    sliding_now = f > bound
+    if sliding_now:
+        f = bound
+    scale = f / size if size > 0.0 else 0.0
+    sliding.sticking[i] = not sliding_now
+    for c in range(3):
+        slip[s, c] = trial[c] * (law.compliance * scale / nodes.area[s] if sliding_now else 1.0)
+        drag[i, c] = scale * trial[c]
+        sums[AXLE_MOMENT] += drag[i, c] * flow[c]
+
+
+@_part
+def add_friction_forces(pairs, nodes, law, spin, yaw, dt, found, sliding, sums):
+    """Coulomb friction of the rail's nodes; fills `sliding`."""
+    flow, trial, point = np.empty(3), np.empty(3), np.empty(3)
+    t1, t2, r1, r2 = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    weight, force, drag = pairs.weight, found.force, sliding.drag
     for i in range(pairs.slaves.size):
         s = pairs.slaves[i]
         if not pairs.active[i]:
-            slip[s, 0] = slip[s, 1] = slip[s, 2] = 0.0
+            found.slip[s, 0] = found.slip[s, 1] = found.slip[s, 2] = 0.0
             continue
+        rub(pairs, i, nodes, law, spin, yaw, dt, found, sliding, sums, flow, trial, t1, t2, r1, r2, point)
         q = pairs.quads[pairs.facets[i]]
-        material_flow(nodes.from_axle, position, q, weight[i], yaw, flow, t1, t2, r1, r2, point)
-        along = 0.0
         for c in range(3):
-            move = position[s, c] - before[s, c] - dt * spin * flow[c]
-            for k in range(4):
-                move -= weight[i, k] * (position[q[k], c] - before[q[k], c])
-            moved[i, c] = move
-            trial[c] = slip[s, c] + move
-            along += trial[c] * normal[i, c]
-        size = 0.0
-        for c in range(3):
-            trial[c] -= along * normal[i, c]
-            size += trial[c] * trial[c]
-        size = math.sqrt(size)
-        stiffness = nodes.area[s] / (
-            law.compliance + dt * dt * pair_mobility(pairs, i, found.tributary_area, nodes.inverse_mass)
-        )
-        f = stiffness * size
-        bound = law.friction * found.normal_force[s]
-        sliding_now = f > bound
-        if sliding_now:
-            f = bound
-        scale = f / size if size > 0.0 else 0.0
-        sliding.sticking[i] = not sliding_now
-        for c in range(3):
-            slip[s, c] = trial[c] * (law.compliance * scale / nodes.area[s] if sliding_now else 1.0)
-            force[s, c] -= scale * trial[c]
-            drag[i, c] = scale * trial[c]
-            sums[AXLE_MOMENT] += drag[i, c] * flow[c]
+            force[s, c] -= drag[i, c]
             for k in range(4):
                 force[q[k], c] += weight[i, k] * drag[i, c]
 
 
 @_part
-def finish_slip(pairs, inverse_mass, dt, found, sliding, sums):
-    """After all forces: elastic slip of sticking nodes with what the contact forces move within the step, and the work
-    of friction."""
+def settle_slip(pairs, i, inverse_mass, dt, found, sliding, sums):
+    """After all forces: elastic slip of a sticking node with what the contact forces move within the step, and the work
+    of friction, of pair i."""
     slip, force = found.slip, found.force
-    for i in range(pairs.slaves.size):
-        if not pairs.active[i]:
-            continue
-        s, q = pairs.slaves[i], pairs.quads[pairs.facets[i]]
-        along = 0.0
-        for c in range(3):
-            change = force[s, c] * inverse_mass[s]
-            for k in range(4):
-                change -= pairs.weight[i, k] * force[q[k], c] * inverse_mass[q[k]]
-            change *= dt * dt
-            sums[FRICTION_WORK] += sliding.drag[i, c] * (sliding.moved[i, c] + change)
-            if sliding.sticking[i]:
-                slip[s, c] += change
-                along += slip[s, c] * pairs.normal[i, c]
+    s, q = pairs.slaves[i], pairs.quads[pairs.facets[i]]
+    along = 0.0
+    for c in range(3):
+        change = force[s, c] * inverse_mass[s]
+        for k in range(4):
+            change -= pairs.weight[i, k] * force[q[k], c] * inverse_mass[q[k]]
+        change *= dt * dt
+        sums[FRICTION_WORK] += sliding.drag[i, c] * (sliding.moved[i, c] + change)
         if sliding.sticking[i]:
-            for c in range(3):
-                slip[s, c] -= along * pairs.normal[i, c]
+            slip[s, c] += change
+            along += slip[s, c] * pairs.normal[i, c]
+    if sliding.sticking[i]:
+        for c in range(3):
+            slip[s, c] -= along * pairs.normal[i, c]
+
+
+@_part
+def finish_slip(pairs, inverse_mass, dt, found, sliding, sums):
+    """`settle_slip` of all pairs that carry."""
+    for i in range(pairs.slaves.size):
+        if pairs.active[i]:
+            settle_slip(pairs, i, inverse_mass, dt, found, sliding, sums)

@@ -93,6 +93,15 @@ def take_active(pairs, nodes, law, dt, tributary_area, factor, slot, at, node, w
 
 
 @_fast
+def next_pressure(state, i, opening, law, dt, momentum):
+    """The part of pair i in a sweep, which opens it at `opening` [m/s2]. state : (k, 4) see `take_active`"""
+    trial, before = state[i, 3], state[i, 2]
+    apart = state[i, 0] + dt * dt * opening + law.compliance * trial
+    pressure = max(trial - apart / state[i, 1], 0.0)
+    state[i, 2], state[i, 3] = pressure, pressure + momentum * (pressure - before)
+
+
+@_fast
 def sweep_once(law, dt, node, weight, moves, normal, state, push, momentum):
     """One sweep: every pressure by what its pair is apart from gap = -pressure / k after what all trial pressures give
     to the nodes, `push` (m, 3) [m/s2], overwritten; none below 0. The next trial goes on by `momentum` of the
@@ -115,10 +124,7 @@ def sweep_once(law, dt, node, weight, moves, normal, state, push, momentum):
             y += size * push[n, 1]
             z += size * push[n, 2]
         opening = x * normal[i, 0] + y * normal[i, 1] + z * normal[i, 2]
-        trial, before = state[i, 3], state[i, 2]
-        apart = state[i, 0] + dt * dt * opening + law.compliance * trial
-        pressure = max(trial - apart / state[i, 1], 0.0)
-        state[i, 2], state[i, 3] = pressure, pressure + momentum * (pressure - before)
+        next_pressure(state, i, opening, law, dt, momentum)
 
 
 @_part

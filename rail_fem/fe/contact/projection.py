@@ -149,51 +149,62 @@ def project_within(position, node, facet, quads, neighbours, usable, point, t1, 
 
 
 @_part
+def project_pair(position, pairs, i, rows, point, t1, t2):
+    """Projection of pair i at positions (n, 3), from where `facets` and `where` say -> row i of rows (k, PROJECTION), 0
+    before: facet (-1: none), xi, eta, gap [m], normal. point, t1, t2 : (3,) buffers"""
+    node, f, xi, eta = pairs.slaves[i], pairs.facets[i], 0.0, 0.0
+    if f >= 0:
+        start = pairs.where[i, 0], pairs.where[i, 1]
+        f, xi, eta = project(
+            position, node, f, start[0], start[1], pairs.quads, pairs.neighbours, pairs.usable, point, t1, t2
+        )
+    rows[i, 0], rows[i, 1], rows[i, 2] = f, xi, eta
+    if f >= 0:
+        nx, ny, nz = t1[1] * t2[2] - t1[2] * t2[1], t1[2] * t2[0] - t1[0] * t2[2], t1[0] * t2[1] - t1[1] * t2[0]
+        s = 1.0 / math.sqrt(nx * nx + ny * ny + nz * nz)
+        normal = nx * s, ny * s, nz * s
+        for c in range(3):
+            rows[i, 3] += (position[node, c] - point[c]) * normal[c]
+            rows[i, 4 + c] = normal[c]
+
+
+@_part
 def project_some(position, pairs, first, every, rows):
-    """Projection at positions (n, 3) of every so many pairs from number `first` on, from where `facets` and `where` say
-    -> rows (k, PROJECTION): facet (-1: none), xi, eta, gap [m], normal; 0 in the rows of other pairs, so that the rows
-    of all ranks add up to all projections, exactly."""
+    """Projections of every so many pairs from number `first` on -> rows (k, PROJECTION); 0 in the rows of other pairs,
+    so that the rows of all ranks add up to all projections, exactly."""
     point, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
-    slaves, facets, local = pairs.slaves, pairs.facets, pairs.where
     rows[:] = 0.0
-    for i in range(first, slaves.size, every):
-        node, f, xi, eta = slaves[i], facets[i], 0.0, 0.0
-        if f >= 0:
-            start = local[i, 0], local[i, 1]
-            f, xi, eta = project(
-                position, node, f, start[0], start[1], pairs.quads, pairs.neighbours, pairs.usable, point, t1, t2
-            )
-        rows[i, 0], rows[i, 1], rows[i, 2] = f, xi, eta
-        if f >= 0:
-            nx, ny, nz = t1[1] * t2[2] - t1[2] * t2[1], t1[2] * t2[0] - t1[0] * t2[2], t1[0] * t2[1] - t1[1] * t2[0]
-            s = 1.0 / math.sqrt(nx * nx + ny * ny + nz * nz)
-            normal = nx * s, ny * s, nz * s
-            for c in range(3):
-                rows[i, 3] += (position[node, c] - point[c]) * normal[c]
-                rows[i, 4 + c] = normal[c]
+    for i in range(first, pairs.slaves.size, every):
+        project_pair(position, pairs, i, rows, point, t1, t2)
+
+
+@_part
+def take_pair(rows, pairs, i):
+    """The projection of pair i -> `facets`, `where`, `gap`, `weight`, `ahead`, and `normal` as `ahead` was; whether it
+    carried and has lost its facet."""
+    f = int(rows[i, 0])
+    pairs.facets[i] = f
+    if f < 0:
+        return pairs.pressure[i] > 0.0
+    xi, eta = rows[i, 1], rows[i, 2]
+    pairs.where[i, 0], pairs.where[i, 1], pairs.gap[i] = xi, eta, rows[i, 3]
+    ahead = pairs.ahead[i]
+    known = ahead[0] != 0.0 or ahead[1] != 0.0 or ahead[2] != 0.0
+    for c in range(3):
+        pairs.normal[i, c] = ahead[c] if known else rows[i, 4 + c]
+        ahead[c] = rows[i, 4 + c]
+    weight = pairs.weight[i]
+    weight[0], weight[1] = 0.25 * (1 - xi) * (1 - eta), 0.25 * (1 + xi) * (1 - eta)
+    weight[2], weight[3] = 0.25 * (1 + xi) * (1 + eta), 0.25 * (1 - xi) * (1 + eta)
+    return False
 
 
 @_part
 def take(rows, pairs):
-    """All projections -> `facets`, `where`, `gap`, `weight`, `ahead`, and `normal` as `ahead` was; how many pairs that
-    carried have lost their facet."""
+    """`take_pair` of all pairs; how many that carried have lost their facet."""
     lost = 0
     for i in range(pairs.slaves.size):
-        f = int(rows[i, 0])
-        pairs.facets[i] = f
-        if f < 0:
-            lost += pairs.pressure[i] > 0.0
-            continue
-        xi, eta = rows[i, 1], rows[i, 2]
-        pairs.where[i, 0], pairs.where[i, 1], pairs.gap[i] = xi, eta, rows[i, 3]
-        ahead = pairs.ahead[i]
-        known = ahead[0] != 0.0 or ahead[1] != 0.0 or ahead[2] != 0.0
-        for c in range(3):
-            pairs.normal[i, c] = ahead[c] if known else rows[i, 4 + c]
-            ahead[c] = rows[i, 4 + c]
-        weight = pairs.weight[i]
-        weight[0], weight[1] = 0.25 * (1 - xi) * (1 - eta), 0.25 * (1 + xi) * (1 - eta)
-        weight[2], weight[3] = 0.25 * (1 + xi) * (1 + eta), 0.25 * (1 - xi) * (1 + eta)
+        lost += take_pair(rows, pairs, i)
     return lost
 
 
