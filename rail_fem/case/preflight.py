@@ -14,10 +14,11 @@ from rail_fem.settings.light import BemPlasticSettings, PassSettings, unfit_part
 
 
 def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> list[str]:
-    """Parts of the scene that the model does not take, too little memory, more ranks than cells, a window that leaves
-    the crossing or settles across a transfer, a wheelset that cannot begin on the diverging route, a travelling window
-    that is too short, elements too large for it, error bars that were never calibrated, a mesh of one's own that cannot
-    be run, cells of the plastic half-space beyond what it takes; one line each with the remedy."""
+    """Parts of the scene that the model does not take, too little memory, more ranks than cells, a window that
+    leaves the crossing or settles across a transfer, a wheelset that cannot begin on the diverging route, a
+    travelling window that is too short, elements too large for it, error bars that were never calibrated, a mesh of
+    one's own that cannot be run, what a graphics card does not take, cells of the plastic half-space beyond what it
+    takes; one line each with the remedy."""
     if unfit := unfit_parts(scene, asked):
         return [f"run.{model}: {error}" for error in unfit]
     if isinstance(asked, BemPlasticSettings):
@@ -28,6 +29,7 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
         return []
     from rail_fem.case.estimate import impossible
     from rail_fem.case.travelling_window import length_errors
+    from rail_fem.fe.card.fits import unfit_for_card
     from rail_fem.fe.plan.fine_zone import mesh_errors
     from rail_fem.result.error_bars import why_not_calibrated
 
@@ -40,6 +42,7 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
         return [f"run.{model}.start, end: {error}"]
     if settings.error_twin == "calibrated" and (apart := why_not_calibrated(scene, settings)):
         errors.append(f'run.{model}.error_twin: "calibrated" was never tried on runs like this: {apart}; take true')
+    errors += [f"run.{model}.{error}" for error in unfit_for_card(scene, settings)]
     errors += [f"run.{model}.{error}" for error in late_approach(scene, settings.start, settings)]
     errors = errors or _start_errors(scene, settings, model)
     if settings.mesh:

@@ -16,6 +16,7 @@ FAST = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "nump
 inlined = njit(inline="always", **FAST)
 compiled = njit(cache=True, **FAST)
 part = njit(forceinline=True, **FAST)  # one copy, inside its caller
+thread = njit(forceinline=True, cache=True, **FAST)  # what one thread of a card does
 
 
 @inlined

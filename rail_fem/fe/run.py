@@ -44,7 +44,7 @@ class Run:
         "loop_time",
         "spent",
     )
-    SCRATCH = ("started", "last_checkpoint")
+    SCRATCH = ("started", "last_checkpoint", "card")
 
     def __init__(
         self,
@@ -62,6 +62,11 @@ class Run:
         self.comm, self.scene, self.settings, self.passage = comm, scene, settings, passage
         self.folder, self.progress = folder, progress
         self.dynamics, self.recorder = passage.dynamics, Recorder(passage)
+        self.card = None
+        if settings.device == "cuda":
+            from rail_fem.fe.card.on_card import OnCard
+
+            self.card = OnCard(self.dynamics, passage.rail_region)
         self.limit = self.dynamics.stable_step(1.0)
         self.dt = self.dynamics.stable_step(settings.courant)
         self.at_rest, self.settled = False, passage.settling is None
@@ -144,8 +149,11 @@ class Run:
         d, clock = self.dynamics, working_time()
         if not self.settled and d.time >= self.settings.settle_time:
             self._let_go()
-        d.step(self.dt)
-        self.recorder.after_step()
+        if self.card is None:
+            d.step(self.dt)
+            self.recorder.after_step()
+        else:
+            self.card.advance(self.dt, self._steps_to_a_look(), self.recorder)
         row = d.time >= self.next_row
         checked = d.check() if self._looks(row) else None
         if row:
@@ -157,6 +165,18 @@ class Run:
             self._next_frame()
         if d.step_count % CHECK_EVERY == 0 and self._checkpoint_due():
             self.save()
+
+    def _steps_to_a_look(self) -> int:
+        """Steps up to the next after which somebody looks at the state or changes it."""
+        d, settings = self.dynamics, self.settings
+        ends = [self.next_row, self.next_frame, self.passage.running.duration * (1 - 1e-12)]
+        time, end = d.time, min(ends if self.settled else [*ends, settings.settle_time])
+        for steps in range(1, CHECK_EVERY):
+            time += self.dt
+            number = d.step_count + steps
+            if time >= end or number % CHECK_EVERY == 0 or number == settings.max_steps:
+                return steps
+        return CHECK_EVERY
 
     def _looks(self, row: bool) -> bool:
         """Whether volumes, velocities and energies are looked at in this step: about every CHECK_EVERY steps, and where
@@ -172,6 +192,8 @@ class Run:
         end_settling(self.passage, self.scene, self.settings)
         self.settled, self.start_energies = True, d.energies()
         self.recorder.exchanged += self.start_energies["balance"] - before
+        if self.card is not None:
+            self.card.stale = True
 
     def _report(self, energies: dict[str, float]) -> None:
         d = self.dynamics

@@ -85,6 +85,20 @@ raise SystemExit(len(numpy.unique(image)) < 8)
 """,
         "sudo apt-get install libgl1 libegl1, then ./setup.sh",
     ),
+    "card": (
+        """
+from rail_fem.fe.card.device import card_facts, missing
+why = missing()
+if why:
+    print(f"cores make all steps: {why}")
+else:
+    card = card_facts()
+    capability = ".".join(map(str, card.capability))
+    room = f"{card.free / 1e9:.3g} GB free"
+    print(f"{card.name}, capability {capability}, CUDA {card.driver}, {room}; {card.double_words}")
+""",
+        'leave out device = "cuda", or install NVIDIA\'s driver (CUDA 12.1 or newer)',
+    ),
 }
 
 RANKS_PROBE = """
@@ -151,6 +165,7 @@ OPTIONAL = {
     "dolfinx": (("dolfinx", "mpi4py"), "no explicit models", HOW_TO_GET),
     "gmsh": (("gmsh",), "no explicit models", HOW_TO_GET),
     "rendering": (tuple(PICTURES), "no pictures in 3D", "pip install pyvista"),
+    "card": (("numba_cuda",), "no steps on a graphics card", "pip install '.[cuda]'"),
     "mpi": (("mpi4py",), "no explicit models", HOW_TO_GET),
 }
 
@@ -158,7 +173,7 @@ OPTIONAL = {
 def _absent(subject: str) -> PartFinding | None:
     """What is said of a part that is not installed and may be so."""
     needs, without, remedy = OPTIONAL.get(subject, ((), "", ""))
-    gone = [] if made_by_setup() else missing([*needs])
+    gone = [] if made_by_setup() and subject != "card" else missing([*needs])
     return (
         PartFinding(subject, True, f"not installed: {', '.join(gone)}; {without}", remedy, absent=True)
         if gone

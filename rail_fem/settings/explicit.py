@@ -57,7 +57,7 @@ class FeSettings(Frozen):
     """Explicit FE of the pass. To add a setting, add a field: unit, range, meaning, default."""
 
     # may differ from the run that is gone on with
-    free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "max_steps", "mesh", "preset")
+    free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "device", "max_steps", "mesh", "preset")
 
     preset: Literal["fast", "fine", "finest"] | None = Field(
         None,
@@ -138,6 +138,9 @@ class FeSettings(Frozen):
         False,
         description="first the same pass on elements of twice the size (a tenth of the cost): error bars; calibrated:"
         " wider ones without it, by what other scenes of the class were off",
+    )
+    device: Literal["cpu", "cuda"] = Field(
+        "cpu", description="what makes the steps: cores, or a graphics card, to round-off the same"
     )
     max_steps: Count | None = Field(None, ge=1, description="stop after this many steps; none: the whole pass")
     mesh: str = Field(

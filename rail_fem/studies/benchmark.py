@@ -3,6 +3,7 @@
     rail-fem study benchmark --out bench                                    kernels, and a step of the reference pass
     rail-fem study benchmark step --size 0.7 --aspect 2 --wheel-ratio 1.5   the step alone, on the main job's elements
     rail-fem study benchmark light --case my_crossing.toml --designs 60
+    rail-fem study benchmark card --size 0.7 --aspect 2 --wheel-ratio 1.5   the main job's elements on a card
     mpirun -n 2 python -m mpi4py -m rail_fem study benchmark ranks --size 2 --steps 300
 
 kernels  elements a second, on cubes in and beyond the cache, beside dolfinx's own assembly of the elastic force, and
@@ -12,6 +13,7 @@ ranks    the critical path of a step: a step is work between messages, and all r
          ends, so that a stretch of work takes what the slowest rank takes and a message what the rank takes in it that
          came last. Steps of the pass shared by the ranks are taken in turn with those of the whole pass on each rank;
          medians over steps with the same messages. Efficiency: work of a step on one rank over ranks times the path
+card     a step of the pass by a graphics card beside a core, and its limits; a sentence where there is none
 light    rigid paths, passes and designs by the light models over a whole crossing
 
 All times are processor times, the least of several repeats where a row can be repeated: other programs on a machine
@@ -26,6 +28,7 @@ import platform
 import time
 from collections import defaultdict
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, cast
 
@@ -55,6 +58,7 @@ from rail_fem.result.versions import versions
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.show.table_and_figure import Table, publish
 from rail_fem.studies import benchmark_kernels as kernels
+from rail_fem.studies.benchmark_card import card_table
 from rail_fem.studies.harness import OUT, QUICK
 from rail_fem.studies.light_speed import rows_of
 
@@ -328,7 +332,7 @@ def path_table(paths: list[Stretches], alone: float, ranks: int) -> Table:
 
 
 def main(
-    part: Annotated[str, typer.Argument(help="kernels, step, ranks or light; none: kernels and step")] = "",
+    part: Annotated[str, typer.Argument(help="kernels, step, ranks, light or card; none: kernels and step")] = "",
     case: Annotated[Path | None, typer.Option(help="case of the pass; none: the shipped nose transfer")] = None,
     size: Annotated[float, typer.Option(help="of the pass' elements [mm]", min=0.1)] = 4.0,
     aspect: Annotated[float, typer.Option(help="length of an element over its size")] = 1.0,
@@ -342,8 +346,8 @@ def main(
 ) -> None:
     """Speed of the explicit model on this machine: kernels, a step of a pass, ranks."""
     logging.disable(logging.INFO)  # the compiler's own account of the assembled forms
-    if part not in ("", "kernels", "step", "ranks", "light"):
-        raise typer.BadParameter(f"{part}: no such part; there are kernels, step, ranks, light")
+    if part not in ("", "kernels", "step", "ranks", "light", "card"):
+        raise typer.BadParameter(f"{part}: no such part; there are kernels, step, ranks, light, card")
     chosen = TimedPass(
         case or example("nose_transfer"), 1e-3 * (6.0 if quick else size), aspect, wheel_ratio, before,
         2 * TURN if quick else steps, mesh,
@@ -352,6 +356,7 @@ def main(
         "kernels": lambda: kernels.kernel_table(kernels.QUICK if quick else kernels.Effort()),
         "step": lambda: step_table(chosen),
         "ranks": lambda: ranks_table(chosen),
+        "card": lambda: card_table(partial(chosen.at_rest, MPI.COMM_SELF), chosen.steps),
         "light": lambda: Table(LIGHT_HEAD, list(rows_of(case or example("whole_crossing"), designs))),
     }
     tables = [makers[name]() for name in ([part] if part else ["kernels", "step"])]

@@ -1,0 +1,28 @@
+"""What a card takes of a case, and what room that needs there; said before a run begins."""
+
+from __future__ import annotations
+
+from rail_fem.scene.scene import Scene
+from rail_fem.settings.explicit import FeSettings
+
+# on the card: of an element state 160, nodes 32, forces 192, their places 64, works and volume 32; of a node, of which
+# there are about as many, 160; by counting the arrays of rail_fem.fe.card.bodies
+BYTES_PER_CELL = 640.0
+
+
+def unfit_for_card(scene: Scene, settings: FeSettings) -> list[str]:
+    """What forbids the case on a card, a line each; none where cores make the steps."""
+    if settings.device != "cuda":
+        return []
+    steels = scene.materials.steels()
+    lacks = {
+        'element = "full": its kernel has the one-point element': settings.element == "full",
+        "a steel with a law over cycles: its kernel has hardening curves": any(s.cyclic is not None for s in steels),
+        "bearers: their beam is the processor's": scene.bearers is not None and settings.foundation,
+        "[scene.wheel_body]: its modes are the processor's": scene.wheel_body is not None,
+        "a diverging route: nothing there holds a wheelset across the track": scene.diverging is not None,
+    }
+    found = [f'"cuda" does not take {what}; take "cpu"' for what, there in lacks.items() if there]
+    from rail_fem.fe.card.device import missing
+
+    return [f"device: {why}" for why in (*found, missing()) if why]

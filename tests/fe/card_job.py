@@ -1,0 +1,115 @@
+"""A small cap rolls over a small plastic block, with friction, free spin, springs and, by choice, a travelling window,
+by the processor's kernels or on a simulated card.
+
+    NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1 python -m tests.fe.card_job OUT.npz STEPS WINDOW EVERY ANEW
+
+A process of its own simulates the card: numba decides when it is first imported. Nothing is compiled there.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+
+from geometry.meshing.blocks import mesh_cap, mesh_grid
+from geometry.meshing.hexmesh import merge_bodies
+from rail_fem.fe.dynamics import Dynamics
+from tests.fe import rolling_job
+
+MM = 1e-3
+LENGTH, START = 16 * MM, 5.13 * MM
+STEP, DAMPING = 6e-8, 4e-9  # below the critical step; of the cap's kernel [s]
+AHEAD, BEHIND = 3.8 * MM, 2.18 * MM
+EVERY = 7  # steps to a look
+FASTER = 30.0  # than the cap of rolling_job comes down: the block yields at once
+LONGEST = 300  # of the job [s]
+OF_CONTACT = ("force", "normal_force", "slip", "pressure_at", "tributary_area", "sums", "work", "friction_work")
+OF_WHEEL = ("offset", "spin", "towed", "rotation")
+
+
+def bodies(start: float):
+    """Block of 1 mm elements and a cap above x = start [m]."""
+    x, y = np.linspace(0, LENGTH, round(LENGTH / MM) + 1), np.linspace(-2 * MM, 2 * MM, 5)
+    block = mesh_grid(x, y, np.linspace(-2 * MM, 0.0, 3), "block")
+    size = (1.5 * MM, 1.5 * MM)
+    cap = mesh_cap(rolling_job.RADIUS, rolling_job.RADIUS, size, 2 * MM, 0.8 * MM, (*size, 2 * MM), name="cap")
+    cap.points[:] += [start, rolling_job.ASIDE, 0.0]
+    return merge_bodies([block, cap])
+
+
+def scene(window: int) -> Dynamics:
+    """At its start. window : 1 for one that a slab of the block leaves in step 9, 0 for all of the block"""
+    rolling_job.LENGTH, rolling_job.START, rolling_job.bodies = LENGTH, START, bodies
+    made = rolling_job.rolling(MPI.COMM_SELF, *(AHEAD, BEHIND) if window else (None, None))
+    dynamics = made.dynamics
+    dynamics.structure.v *= FASTER
+    made.plate.velocity *= FASTER
+    dynamics.structure.damping = DAMPING
+    dynamics.balance_mark = 0.0  # not looked at
+    return dynamics
+
+
+def regions(dynamics: Dynamics) -> np.ndarray:
+    """Two bodies side by side, of each surface node of the block."""
+    return np.arange(dynamics.contact.surfaces.n_rail) % 2
+
+
+def found(dynamics: Dynamics, total: np.ndarray, moment: np.ndarray) -> dict[str, np.ndarray]:
+    """All that steps have changed. total, moment : what is recorded of them"""
+    s, c, supports = dynamics.structure, dynamics.contact, dynamics.supports
+    out = {name: getattr(s, name) for name in ("x", "v", "force", "block_work", "works", "smallest_volume")}
+    out |= {"state": s.finite.read(0, s.finite.rows), "total": total, "moment": moment}
+    out |= {f"contact {name}": getattr(c, name) for name in OF_CONTACT}
+    out |= {f"wheel {name}": getattr(c.wheel, name) for name in OF_WHEEL}
+    out |= {name: getattr(c.search, name) for name in ("position", "steps_left")}
+    for group in supports.groups:
+        out |= {f"{group.name} {name}": getattr(group, name) for name in ("velocity", "displacement", "load_work")}
+    out |= {link.name: link.dissipated for link in supports.links}
+    return {name: np.array(value, float) for name, value in out.items()} | {"active": np.array(s.active)}
+
+
+def by_processor(steps: int, window: int) -> dict[str, np.ndarray]:
+    from rail_fem.fe.node_kernels import add_step
+
+    dynamics, total, moment = scene(window), np.zeros(5), np.zeros(4)
+    c, region = dynamics.contact, regions(dynamics)
+    s = c.surfaces
+    for _ in range(steps):
+        dynamics.step(STEP)
+        add_step(c.force, c.normal_force, c.search.position, s.area, c.watched, s.n_rail, region, total, moment)
+    return found(dynamics, total, moment)
+
+
+def by_card(folder: Path, steps: int, window: int, every: int = EVERY, anew: bool = False) -> dict[str, np.ndarray]:
+    """By a process that simulates the card, which takes all anew after each look, or goes on. Errors: RuntimeError with
+    its last words."""
+    path = folder / f"card_{steps}_{window}_{every}_{anew}.npz"
+    command = [sys.executable, "-m", "tests.fe.card_job", *map(str, (path, steps, window, every, int(anew)))]
+    switches = {"NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1"}
+    answer = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, env=os.environ | switches)
+    if answer.returncode != 0:
+        raise RuntimeError(f"{' '.join(command)} ended with {answer.returncode}: {answer.stderr.strip()[-800:]}")
+    with np.load(path) as file:
+        return dict(file)
+
+
+def main(out: str, steps: int, window: int, every: int, anew: int) -> None:
+    from types import SimpleNamespace
+
+    from rail_fem.fe.card.on_card import OnCard
+
+    dynamics = scene(window)
+    recorder = SimpleNamespace(total=np.zeros(5), moment=np.zeros(4), steps=0)
+    card = OnCard(dynamics, regions(dynamics))
+    for first in range(0, steps, every):
+        card.advance(STEP, min(every, steps - first), recorder)
+        card.stale = bool(anew)
+    assert recorder.steps == dynamics.step_count == steps
+    np.savez(out, **found(dynamics, recorder.total, recorder.moment))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], *map(int, sys.argv[2:6]))

@@ -1,0 +1,99 @@
+"""A pass on a simulated card against the processor's kernels, and its kernels compiled for real ones."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from rail_fem.fe.run import CHECK_EVERY, Run
+from tests.fe.card_job import by_card, by_processor
+
+STEPS = 20
+# 20 steps of sums of some ten terms, each to 2e-16, in which what is left is down to a hundredth of the terms
+ROUND_OFF = 1e-12
+# of forces, differences of stresses that are a thousand times their sum, and of works
+OF_SUMS = 1e-9
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("card")
+
+
+def apart(one: dict, other: dict) -> dict[str, float]:
+    """Largest difference of each quantity over the largest entry."""
+    return {
+        name: float(np.nan_to_num(np.abs(one[name] - there)[np.isfinite(there)].max(initial=0.0)))
+        / float(max(np.abs(there[np.isfinite(there)]).max(initial=0.0), 1e-300))
+        for name, there in other.items()
+    }
+
+
+@pytest.mark.parametrize("window", [0, 1], ids=["whole", "window"])
+def test_the_card_makes_the_steps_of_the_processor(window, folder):
+    """Positions, stresses, contact forces, works, groups and springs, what is recorded, to round-off; a block that
+    flows under a rolling cap with friction and free spin."""
+    expected, found = by_processor(STEPS, window), by_card(folder, STEPS, window)
+    assert expected["state"][:, 6].max() > 0 and expected["contact normal_force"].max() > 0  # it flows and carries
+    assert np.array_equal(found["active"], expected["active"])
+    off = apart(found, expected)
+    limits = {name: ROUND_OFF if name in ("x", "v", "position", "state") else OF_SUMS for name in off}
+    assert {name: value for name, value in off.items() if not value <= limits[name]} == {}
+
+
+def test_the_card_makes_the_same_bits_however_it_is_looked_at(folder):
+    """Looked at every 7 steps, or every 5 and given all anew from what was read, as by a restart: a step reads nothing
+    that is not read back, and sums come in one order."""
+    once, again = by_card(folder, STEPS, 0), by_card(folder, STEPS, 0, every=5, anew=True)
+    names = ("x", "v", "force", "state", "contact force", "contact slip", "wheel spin", "plate velocity")
+    assert all(np.array_equal(once[name], again[name]) for name in names)
+
+
+def test_a_card_stops_wherever_a_run_looks():
+    """Rows, frames, checks, the end of settling and the last step fall on the same steps as one by one."""
+
+    def walk(one_by_one: bool) -> list[tuple[int, str]]:
+        run = object.__new__(Run)
+        run.dynamics, run.dt, run.settled = SimpleNamespace(time=0.0, step_count=0), 1.3e-7, False
+        run.settings = SimpleNamespace(max_steps=777, settle_time=3.33e-5)
+        run.passage = SimpleNamespace(running=SimpleNamespace(duration=1.0))
+        run.next_row, run.next_frame, seen, d = 1e-5, 2.5e-5, [], run.dynamics
+        while d.step_count < run.settings.max_steps:
+            if not run.settled and d.time >= run.settings.settle_time:
+                run.settled = True
+                seen.append((d.step_count, "let go"))
+            for _ in range(1 if one_by_one else run._steps_to_a_look()):
+                d.time += run.dt
+                d.step_count += 1
+            if d.time >= run.next_row:
+                run.next_row += 1e-5
+                seen.append((d.step_count, "row"))
+            if d.step_count % CHECK_EVERY == 0:
+                seen.append((d.step_count, "check"))
+            if d.time >= run.next_frame:
+                run.next_frame += 2.5e-5
+                seen.append((d.step_count, "frame"))
+        return [*seen, (d.step_count, "end")]
+
+    assert walk(True) == walk(False) and len(walk(True)) > 25
+
+
+COMPILER = shutil.which("ptxas")
+
+
+@pytest.mark.validate
+@pytest.mark.skipif(find_spec("numba_cuda") is None or COMPILER is None, reason="needs numba-cuda and ptxas")
+@pytest.mark.parametrize("capability", ["8.0", "9.0"])
+def test_kernels_compile_for_cards_without_spills(capability, folder):
+    """One warp of elements holds its numbers in registers: 255 at most, none spilled."""
+    command = [sys.executable, "-m", "tests.fe.card_ptx", capability, str(folder), "elements", "small_elements", "kick"]
+    answer = subprocess.run(command, capture_output=True, text=True, timeout=900, env=os.environ.copy())
+    assert answer.returncode == 0, answer.stderr[-800:]
+    found = re.findall(r"(\w+): (\d+) registers, (\d+) B spilled", answer.stdout)
+    assert len(found) == 3 and all(int(registers) <= 255 and spilled == "0" for _, registers, spilled in found)
