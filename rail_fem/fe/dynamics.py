@@ -103,7 +103,7 @@ class Dynamics:
             part.follow(touched)
         free_inverse_mass(self.structure.mass, self.moving, inside, self.inverse_mass)
         self.runs, self.owned_runs = runs(touched), runs(touched[: self.domain.n_owned])
-        self.touched_ghosts = self.domain.n_owned + np.flatnonzero(touched[self.domain.n_owned :])
+        self.touched = touched
         self.updated_cells = self.structure.count_active()
         self._mark()
 
@@ -111,7 +111,9 @@ class Dynamics:
         """Which nodes drift after the parts' kicks and not with their own. Rank-local."""
         marks = self.marks.reshape(-1, 3)
         marks[self.changed] &= SMALL
-        self.changed = np.unique(np.concatenate([self.touched_ghosts, *(part.changes() for part in self.parts)]))
+        ghosts = np.arange(self.domain.n_owned, self.domain.n_nodes)
+        changed = np.unique(np.concatenate([ghosts, *(part.changes() for part in self.parts)]))
+        self.changed = changed[self.touched[changed]]  # contact watches nodes that have left until its next search
         marks[self.changed] |= CHANGED
 
     after_restore = follow
