@@ -59,7 +59,7 @@ class CrossingPass:
         """Wheel, axle load where the traffic has several, speed and lateral position."""
         aside = f", {self.shift * 1e3:+.1f} mm" if self.shift else ""
         load = f", {show(2 * self.scene.static_wheel_load / GRAVITY, 't', 3)}" if self.by_load else ""
-        return f"{self.scene.wheel.name}{load} at {show(self.scene.speed, 'mph')}{aside}"
+        return f"{self.scene.wheel.name}{load} at {show(self.scene.speed, 'mph', 3)}{aside}"
 
 
 @dataclass(frozen=True, eq=False)
