@@ -143,7 +143,8 @@ def kill_at_random(running, kills, rng, over):
 
 @pytest.mark.parametrize("kills", [3, pytest.param(50, marks=pytest.mark.validate)])
 def test_workers_that_are_killed_at_random_cost_no_result_a_bit(cases, tmp_path, running, kills):
-    """Sweeps again and again until so many workers have died, against a calm one: histories bit by bit."""
+    """Sweeps again and again until so many workers have died, against a calm one: histories bit by bit. More tries than
+    kills: a slow machine starts no worker between two of them."""
     speeds = "scene.speed=" + ",".join(f"{speed}mph" for speed in range(40, 64))
     words = [cases[2], "--vary", speeds, "--model", "lumped", "--out"]
     assert sweep(*words, tmp_path / "calm").exit_code == 0
@@ -155,7 +156,7 @@ def test_workers_that_are_killed_at_random_cost_no_result_a_bit(cases, tmp_path,
         over.done = 0
         killer = threading.Thread(target=kill_at_random, args=(running, kills - died, rng, over))
         killer.start()
-        found = sweep(*words, tmp_path / str(number), "--workers", 2)
+        found = sweep(*words, tmp_path / str(number), "--workers", 2, "--tries", kills + 1)
         over.set()
         killer.join()
         died += over.done
