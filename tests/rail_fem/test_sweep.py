@@ -244,7 +244,7 @@ def test_a_sweep_runs_a_model_that_no_case_names_by_its_defaults_and_refuses_to_
 
 
 def test_a_scene_that_one_of_its_models_does_not_take_runs_by_the_others(tmp_path):
-    """A wheel that vibrates is not handed over to a window: [run.fe_window] of the same file is refused when it runs."""
+    """A wheel that vibrates is not handed over to a window: [run.fe_window] of the same file is refused as it runs."""
     text = CASE.split("[run.p2_formula]")[0] + "[scene.wheel_body]\n[run.p2_formula]\n[run.fe_window]\n"
     text += '[run.lumped]\nstart = "300 mm"\nend = "400 mm"\n'
     (tmp_path / "soft.toml").write_text(text)
