@@ -1,7 +1,7 @@
 """A group of nodes that rides on an elastic body, which the group's rigid motion holds: a wheel's sector on rim, web
 and hub, held by the axle.
 
-The body is condensed (`Condensed`, made by rail_fem.static_fe): its displacement relative to the rigid motion is a sum
+The body is condensed (rail_fem.fe.condensed_body): its displacement relative to the rigid motion is a sum
 of few coordinates, functions of the nodes first, then modes of the body behind them. With the mass of the nodes they
 are decoupled once, into modes z of mass 1 and momentum b per rate, and kicked with the rigid motion U together,
 
@@ -12,51 +12,18 @@ by central differences as all else; d is the share of critical damping. Replicat
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 from scipy.linalg import eigh
 
+from rail_fem.fe.condensed_body import RIGID, Condensed
 from rail_fem.fe.elastic_kernels import add_velocity_of_functions, work_on_functions
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import RigidGroup
 
-RIGID = 6  # functions that are motions of a rigid body, the first ones
 FASTEST = 2 * np.pi * 25e3  # of the modes that are kept [rad/s]: faster ones would shorten the step
-
-
-def terms_at(powers: np.ndarray, length: float, positions: np.ndarray) -> np.ndarray:
-    """Terms (n, k) of powers (k, 3) of positions (n, 3) over a length [m]."""
-    return np.prod((positions[:, None] / length) ** powers, axis=2)
-
-
-@dataclass(frozen=True)
-class Condensed:
-    """An elastic body behind an interface, relative to what holds it.
-
-    powers (k, 3), length [m], functions (k, 3, f) : displacement functions of the interface, component c of function j
-        at position r from the body's origin the sum over k of functions[k, c, j] prod((r / length) ** powers[k])
-    stiffness, mass (m, m) : of m coordinates, the first f those of the functions [N/m, kg]
-    momentum (3, m) : per rate of each [kg];  weight : mass of the body [kg]
-    """
-
-    powers: np.ndarray
-    length: float
-    functions: np.ndarray
-    stiffness: np.ndarray
-    mass: np.ndarray
-    momentum: np.ndarray
-    weight: float
-
-    def at(self, positions: np.ndarray) -> np.ndarray:
-        """Functions (3 n, f) at positions (n, 3) from the origin [m]."""
-        terms = terms_at(self.powers, self.length, positions)
-        return np.einsum("nk,kcf->ncf", terms, self.functions).reshape(3 * len(positions), -1)
-
-    def for_relaxation(self, frequency: float) -> Condensed:
-        """The same body, whose coordinates all have a frequency [rad/s] and no share in the rigid motion's momentum."""
-        return replace(self, mass=self.stiffness / frequency**2, momentum=0.0 * self.momentum, weight=0.0)
 
 
 @dataclass(kw_only=True)

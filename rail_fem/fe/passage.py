@@ -19,12 +19,13 @@ from geometry.meshing.hexmesh import HexMesh
 from geometry.surfaces.bodies import CROSSING, PassBody
 from rail_fem.fe.beam_track import BeamTrack
 from rail_fem.fe.blocks import ElementSettings
+from rail_fem.fe.condensed_body import Condensed
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.search import ContactSettings
 from rail_fem.fe.contact.surface import ContactSurfaces, Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.fe.elastic_group import Condensed, ElasticGroup
+from rail_fem.fe.elastic_group import ElasticGroup
 from rail_fem.fe.lateral_guide import LateralGuide
 from rail_fem.fe.mass_scaling import MassScaling, choose_scaling
 from rail_fem.fe.pass_supports import build_supports, set_lumped_masses

@@ -24,8 +24,8 @@ from kernel_cache import working_time
 from rail_fem.contact.rigid import ends_with_path
 from rail_fem.fe import trust
 from rail_fem.fe.carried import lay_in, steel_after
+from rail_fem.fe.condensed_body import Condensed
 from rail_fem.fe.diagnostics import outcome_on_beam, slowest_elements, strain_peaks, trust_facts
-from rail_fem.fe.elastic_group import Condensed
 from rail_fem.fe.meshing import Placed, make_mesh
 from rail_fem.fe.metal import metal
 from rail_fem.fe.passage import build_passage

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from bem.material import Elastic
 from geometry.meshing.hexmesh import HexMesh, boundary_faces, orient
-from rail_fem.fe.elastic_group import RIGID, Condensed, terms_at
+from rail_fem.fe.condensed_body import RIGID, Condensed, terms_at
 from rail_fem.passes.fourier_section import RingSection
 from rail_fem.passes.wheel_modes import wheel_section
 from rail_fem.scene.wheel_body import WheelBody

@@ -5,7 +5,7 @@ import functools
 
 from bem.material import Elastic
 from geometry.meshing.wheel import WheelMeshSpec
-from rail_fem.fe.elastic_group import Condensed
+from rail_fem.fe.condensed_body import Condensed
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.wheel_body import WheelBody
 from rail_fem.settings.explicit import FeSettings

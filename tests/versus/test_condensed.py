@@ -12,7 +12,7 @@ from bem.material import Elastic
 from geometry.meshing.blocks import mesh_grid
 from geometry.meshing.hexmesh import HexMesh
 from rail_fem.case.casefile import load_case
-from rail_fem.fe.elastic_group import Condensed
+from rail_fem.fe.condensed_body import Condensed
 from rail_fem.fe.plan import kept_meshes
 from rail_fem.models import fe_full
 from rail_fem.passes.fourier_section import grid_section
@@ -112,22 +112,20 @@ def test_contact_gives_way_on_the_condensed_wheel_as_on_the_whole_wheel(wheel):
     exact = compliance(whole.stiffness[free][:, free], whole, free, None, loads[0])
     rigid = compliance(front.stiffness[own][:, own], front, own, None, loads[1])
     found = compliance(stiffness, front, None, shape, loads[1])
-    print(86e6 * 1e3 * np.array([exact - rigid, found - exact]))
     assert (86e3 * (exact - rigid)).min() > 20e-6  # there is something to be found
     assert np.abs(86e3 * (found - exact)).max() < 1.2e-6
 
 
 @pytest.mark.validate
 def test_the_condensed_wheels_frequencies_are_those_of_the_body_of_revolution(wheel):
-    """The wheel on its held bore by harmonics around the axle (rail_fem.passes.wheel_modes), a second route: the first
-    six frequencies to 1 %."""
+    """The wheel on its held bore by harmonics around the axle (rail_fem.passes.wheel_modes), a second route: the
+    first two frequencies, one-node and umbrella, to 1 %; from above, for the boundary moves by fewer functions."""
     *_, (stiffness, mass, _), condensed = wheel
     found = np.sqrt(np.sort(eigsh(stiffness, 12, mass, sigma=0.0)[0])) / (2 * np.pi)
-    print(found)
     modes = wheel_modes(WheelBody(), RADIUS, 1e9, STEEL, DENSITY, 2e3)  # an axle that does not move
-    for harmonic, frequency in sorted(zip(modes.harmonic, modes.frequency), key=lambda one: one[1])[:6]:
-        print(harmonic, frequency)
-        assert np.abs(found / frequency - 1).min() < 0.01, (harmonic, frequency, found)
+    for harmonic, frequency in sorted(zip(modes.harmonic, modes.frequency), key=lambda one: one[1])[:2]:
+        nearest = found[np.abs(found - frequency).argmin()]
+        assert 1 < nearest / frequency < 1.01, (harmonic, frequency, found)
     assert eigh(condensed.stiffness, condensed.mass, eigvals_only=True)[0] > 0
 
 
@@ -162,7 +160,7 @@ def test_a_pass_on_a_condensed_rest_is_that_on_a_mesh_of_the_whole_body(monkeypa
     """A rim held 120 mm below the tread and 25 degrees to both sides, all of it meshed, or a sector on the condensed
     rest of it: approach at rest to 1 %, first impact to 0.5 %; a sector held at its own boundary misses both."""
     case = load_case(ROOT / "cases" / "nose_transfer.toml")
-    scale = {"mass_scaling": 20.0, "error_twin": False, "field_frames": 1, "start": 0.25, "end": 0.40}
+    scale = {"mass_scaling": 20.0, "error_twin": False, "field_frames": 1, "start": 0.31, "end": 0.42}
     size = {"element_size": 4e-3, "element_aspect": 1.0, "wheel_element_ratio": 1.0}
     settings = case.runs["fe_full"].model_copy(update=scale | size)
     steel = case.scene.materials.wheel.steel()
@@ -183,6 +181,6 @@ def test_a_pass_on_a_condensed_rest_is_that_on_a_mesh_of_the_whole_body(monkeypa
     }
     approach = {name: one for name, (one, _) in found.items()}
     impact = {name: result.peaks["first_impact_on_nose"].value for name, (_, result) in found.items()}
-    print(approach, impact, {name: result.peaks for name, (_, result) in found.items()})
+    print(approach, impact)
     assert abs(approach["condensed"] / approach["meshed"] - 1) < 0.01 < abs(approach["held"] / approach["meshed"] - 1)
     assert abs(impact["condensed"] / impact["meshed"] - 1) < 0.005
