@@ -223,20 +223,24 @@ def update_full_elements(x, v, dt, nodes, filled, material_of, steels, state, ba
         start, s, count, row = block * 8 * _W, block * N_STATE_FULL * _W, filled[block], material_of[block]
         held = 6 * _W * (steels.back_start[row + 1] - steels.back_start[row])
         gather(x, v, nodes, start, nodal)
-        whole_element(nodal, dt, steels.rows[row], vectors, rates, mean)
+        material = steels.rows[row]
+        whole_element(nodal, dt, material, vectors, rates, mean)
         forces[:] = 0.0
         for q in range(POINTS):
             ahead = s + (q + 1) * POINT_STATE * _W
             fetch(state, ahead, POINT_STATE * _W, NUMBERS)
             own, first = state[s + q * POINT_STATE * _W : ahead], block * stride + q * held
             backs = back[first : first + held]
-            moved = backs.size > 0 and has_flowed(own, count)
-            if moved:
-                add_centre(own, backs, -1.0)
-                point_trial(vectors, rates, mean, q, dt, steels.rows[row], own, True, scratch)
-                turn(backs, scratch, ROTATION)
+            moved = False
+            if held > 0:
+                moved = backs.size > 0 and has_flowed(own, count)
+                if moved:
+                    add_centre(own, backs, -1.0)
+                point_trial(vectors, rates, mean, q, dt, material, own, True, scratch)
+                if moved:
+                    turn(backs, scratch, ROTATION)
             else:
-                point_trial(vectors, rates, mean, q, dt, steels.rows[row], own, False, scratch)
+                point_trial(vectors, rates, mean, q, dt, material, own, False, scratch)
             if flow_back(steels, row, own, backs, scratch, count, point, POINT_STATE) or moved:
                 add_centre(own, backs, 1.0)
             add_point_force(own, scratch, q, mean, forces)
