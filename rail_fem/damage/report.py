@@ -189,7 +189,8 @@ def _fleet(settings: DamageSettings, found: dict[str, Any]) -> list[str]:
     if own is None:
         return []
     low, _, high = own["quantiles"]
-    told = lambda passes: f"{passes:.2g}" if passes is not None and np.isfinite(passes) else "never"
+    farthest = (EXTRAPOLATED - 1) * found["passes"]
+    told = lambda passes: f"{passes:.2g}" if passes is not None and passes <= farthest else f"beyond {farthest:.2g}"
     rows = [
         [
             laws_of(settings)[law].label,
