@@ -45,6 +45,10 @@ DAYS = 30  # kernels that were not asked for so long are removed
 VERSIONS = 8  # sources of one file whose kernels are kept
 OTHERS_WRITE = 0o022
 
+# for a kernel that allocates nothing and returns numbers, never an array, as does all that it calls: references to its
+# arrays are not counted. To count one is an atomic operation, and numba leaves some in the loops
+UNCOUNTED = {"_nrt": False}
+
 _COMPILING = event.TimingListener()
 event.register("numba:compile", _COMPILING)
 

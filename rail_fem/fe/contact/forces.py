@@ -13,7 +13,7 @@ velocity has the term omega x r.
 
 from __future__ import annotations
 
-from kernel_cache import njit
+from kernel_cache import UNCOUNTED, njit
 from rail_fem.fe.contact.friction import add_friction_forces, finish_slip
 from rail_fem.fe.contact.pairs import CARRIED, N_ACTIVE, NORMAL_ENERGY, TOWED
 from rail_fem.fe.contact.pressure import add_tributary_areas, find_pressures
@@ -21,7 +21,7 @@ from rail_fem.fe.contact.projection import project_some, take
 
 _compiled = njit(cache=True, error_model="numpy")
 # self-contained kernels: the same bits from the compiler and from the cache
-_part = njit(forceinline=True, error_model="numpy")
+_part = njit(forceinline=True, error_model="numpy", **UNCOUNTED)
 
 
 @_compiled

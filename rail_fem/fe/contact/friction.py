@@ -7,12 +7,13 @@ import math
 
 import numpy as np
 
-from kernel_cache import njit
+from kernel_cache import UNCOUNTED, njit
 from rail_fem.fe.contact.pairs import AXLE_MOMENT, FRICTION_WORK
 from rail_fem.fe.contact.pressure import pair_mobility
 from rail_fem.fe.contact.projection import facet_point
 
-_part = njit(forceinline=True, error_model="numpy")
+_part = njit(forceinline=True, error_model="numpy", **UNCOUNTED)
+_with_room = njit(forceinline=True, error_model="numpy")  # allocates
 
 
 @_part
@@ -74,7 +75,7 @@ def rub(pairs, i, nodes, law, spin, yaw, dt, found, sliding, sums, flow, trial, 
         sums[AXLE_MOMENT] += drag[i, c] * flow[c]
 
 
-@_part
+@_with_room
 def add_friction_forces(pairs, nodes, law, spin, yaw, dt, found, sliding, sums):
     """Coulomb friction of the rail's nodes; fills `sliding`."""
     flow, trial, point = np.empty(3), np.empty(3), np.empty(3)

@@ -17,10 +17,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from kernel_cache import njit
+from kernel_cache import UNCOUNTED, njit
 
-_part = njit(forceinline=True, error_model="numpy")
-_fast = njit(forceinline=True, error_model="numpy", fastmath={"contract"})
+_part = njit(forceinline=True, error_model="numpy", **UNCOUNTED)
+_with_room = njit(forceinline=True, error_model="numpy")  # allocates
+_fast = njit(forceinline=True, error_model="numpy", fastmath={"contract"}, **UNCOUNTED)
 SWEEPS, MOMENTUM = 6, 0.5
 
 
@@ -127,7 +128,7 @@ def sweep_once(law, dt, node, weight, moves, normal, state, push, momentum):
         next_pressure(state, i, opening, law, dt, momentum)
 
 
-@_part
+@_with_room
 def find_pressures(on_rail, on_wheel, nodes, law, dt, tributary_area, slot):
     """Pressures of all active pairs of both passes, each with half of the area -> pairs.pressure [Pa].
 

@@ -12,11 +12,12 @@ import math
 
 import numpy as np
 
-from kernel_cache import njit
+from kernel_cache import UNCOUNTED, njit
 
 _compiled = njit(cache=True, error_model="numpy")
 # self-contained kernels: the same bits from the compiler and from the cache
-_part = njit(forceinline=True, error_model="numpy")
+_part = njit(forceinline=True, error_model="numpy", **UNCOUNTED)
+_with_room = njit(forceinline=True, error_model="numpy")  # allocates
 OUTSIDE = 1.02  # local coordinate beyond which a projection belongs to the neighbour
 NEWTON_STEPS = 12
 SWEEPS, SETTLED = 50, 1e-10  # of the closest point within a facet's edges, and the change at which it is found
@@ -168,7 +169,7 @@ def project_pair(position, pairs, i, rows, point, t1, t2):
             rows[i, 4 + c] = normal[c]
 
 
-@_part
+@_with_room
 def project_some(position, pairs, first, every, rows):
     """Projections of every so many pairs from number `first` on -> rows (k, PROJECTION); 0 in the rows of other pairs,
     so that the rows of all ranks add up to all projections, exactly."""
