@@ -222,7 +222,7 @@ def check_inputs(crossing: AnyCrossing, x: np.ndarray, radius: float, resolution
     if x.min() - reach < low or x.max() + reach > high:
         raise CrossingError(
             f"wheel_path: x {x.min():g} to {x.max():g} m with reach {reach:g} m leaves the modelled crossing, {low:g}"
-            f" to {high:.3f} m"
+            f" to {high:.3f} m: keep x within {low + reach:g} to {high - reach:.3f} m"
         )
     limits = (
         ("radius", radius, 0.1, 1.0),

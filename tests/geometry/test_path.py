@@ -199,7 +199,7 @@ def test_a_shifted_wheel_changes_its_path_smoothly_through_zero_shift():
     "arguments, complaint",
     [
         ({"x": np.array([np.nan])}, "at least one finite"),
-        ({"x": np.array([9.0])}, "leaves the modelled crossing"),
+        ({"x": np.array([9.0])}, r"leaves the modelled crossing, -10 to 1.\d+ m: keep x within -9\.9 to 1\.\d+ m"),
         ({"x": np.array([0.0]), "radius": 425.0}, "radius = 425 m is outside"),
         ({"x": np.array([0.0]), "lateral_shift": 1.0}, "stands over neither wing nor nose at x = 0"),
     ],
