@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 CASE_VERSION = 1
 LONGEST_TITLE = 200
 MOST_ERRORS = 50  # told of one file
+MOST_TOLD = 3  # changes in a title
 FEWEST_ROWS = 10  # of a history
 OWN_PATH = "fe_window"  # the model that finds its path itself
 TOP_KEYS = ("version", "title", "scene", "run", "damage")
@@ -220,8 +222,34 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
             path,
             errors[:MOST_ERRORS] + ([f"and {len(errors) - MOST_ERRORS} more"] if len(errors) > MOST_ERRORS else []),
         )
-    told = ", ".join(f"{key.removeprefix('scene.')} {value}" for key, value in changes.items())
-    return Case(path, f"{title}; {told}" if told else title, scene, runs, dict(changes), name or path.stem, damage)
+    return Case(
+        path,
+        f"{title}; changed: {_told(changes)}" if changes else title,
+        scene,
+        runs,
+        dict(changes),
+        name or path.stem,
+        damage,
+    )
+
+
+def _told(changes: Mapping[str, Any]) -> str:
+    """What was changed in words: the scene first, and how many more than a title has room for."""
+    first = sorted(changes, key=lambda key: not key.startswith("scene."))
+    words = [f"{_words_of(key)} {_value_in_words(changes[key])}" for key in first[:MOST_TOLD]]
+    return ", ".join([*words, *([f"{len(first) - MOST_TOLD} more"] if len(first) > MOST_TOLD else [])])
+
+
+def _words_of(key: str) -> str:
+    """ "scene.crossing.wing_raise" -> "crossing wing raise", "run.fe_full.element_size" -> "element size"."""
+    words = " ".join(key.split(".")[1 if key.startswith("scene.") else -1 :]).replace("_", " ")
+    return re.sub(r"\b(\w+) \1\b", r"\1", words)
+
+
+def _value_in_words(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return " ".join(map(_value_in_words, value.values()))
+    return ("on" if value else "off") if isinstance(value, bool) else str(value)
 
 
 def _read_table(path: Path) -> dict[str, Any]:

@@ -175,3 +175,13 @@ def test_byte_order_mark_is_read_over(tmp_path):
     path = tmp_path / "case.toml"
     path.write_bytes(b"\xef\xbb\xbf" + GOOD.encode())
     assert load_case(path).title.startswith("UK cast")
+
+
+def test_a_title_tells_what_was_changed_in_words():
+    """Of many changes the scene's first; the file's own words stand before them."""
+    case, size = ROOT / "cases" / "nose_transfer.toml", {"run.fe_full.element_size": "2 mm"}
+    steel = {"scene.materials.wing": {"grade": "Mn13", "strength": "200 %"}}
+    told = lambda changes: load_case(case, changes).title.partition("; ")[2]
+    assert told({}) == "" and told(size) == "changed: element size 2 mm"
+    more = size | {"run.fe_full.error_twin": False, "scene.vehicle.vehicle_sprung_mass": "90 t"} | steel
+    assert told(more) == "changed: vehicle sprung mass 90 t, materials wing Mn13 200 %, element size 2 mm, 1 more"
