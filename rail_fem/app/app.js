@@ -30,6 +30,7 @@
         shown = found.charts[0][""].data[0];
         found.charts[0][""].data.push(...held);
         document.dispatchEvent(new CustomEvent("charts", { detail: found.charts }));
+        document.title = document.querySelector("h1").textContent = found.title;
         part("told").innerHTML = found.told;
         part("command").textContent = found.command;
         part("case").textContent = found.case;

@@ -25,7 +25,7 @@ from rail_fem.scene.units import show, si_factor, typed
 from rail_fem.scene.wheel_profile import WHEEL_NAMES
 from rail_fem.show.page import numbers, remark, shares, text, trust
 from rail_fem.show.page_charts import Chart, NamedResult, any_history, curve, heights
-from rail_fem.show.style import GREY
+from rail_fem.show.style import GREY, scene_words
 
 SHOWN, BESIDE = "rigid_hertz", "lumped"  # models that answer within the time that a hand needs to notice
 PROFILE, LOAD, CROSSING = "scene.wheel.profile", "scene.vehicle.axle_load", "scene.crossing."
@@ -69,9 +69,10 @@ class Slider(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """charts : of the page;  told : tables and words, as HTML;  case : the text of the case file;  command : the line
-    that repeats it in a terminal"""
+    """title : the scene in a line;  charts : of the page;  told : tables and words, as HTML;  case : the text of the
+    case file;  command : the line that repeats it in a terminal"""
 
+    title: str
     charts: list[Chart]
     told: str
     case: str
@@ -126,6 +127,7 @@ def seen(case: Case) -> Seen:
     result = replace(result, title=case.title, warnings=warnings, form=form(result, by_passes=False))
     runs = [NamedResult(SHOWN, result)]
     return Seen(
+        scene_words(case.scene),
         _charts(result, beside),
         "\n".join(map(str, (*numbers(runs), _off(), *trust(runs), *shares(runs)))),
         written(case.title, case.scene, SHOWN, settings),

@@ -73,7 +73,7 @@ class App:
             ' <progress id="bar" max="100" value="0" hidden></progress></p><p id="run" class="words"></p>',
         ]
         script = files(__package__).joinpath("app.js").read_text(encoding="utf-8")
-        return document(self.case.title, parts, script).encode()
+        return document(found.title, parts, script).encode()
 
     def moved(self, asked: Any) -> dict[str, Any]:
         """The pass of the case with these values. Errors: CaseError, ValueError."""
