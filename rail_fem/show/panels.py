@@ -14,6 +14,8 @@ from matplotlib.figure import Figure
 
 from rail_fem.show.style import BODY, CURVES, NEVER_YIELDED, SKY, STRAIN_COLOURS, TOTAL, new_figure
 
+LEAST_SPAN = 0.01  # of an axis, of its values: less would draw round-off as a trend
+
 
 def new_panels(height: float, *shape: int, layout: str = "constrained", **grid: Any) -> tuple[Figure, Any]:
     """A figure of the common width [inch] and its axes, rows and columns as matplotlib's subplots gives them."""
@@ -48,6 +50,9 @@ class Panel(NamedTuple):
                 axes.plot(x, y, *look, color=colour, mfc="none", label=words)
         axes.set(xlabel=self.xlabel, ylabel=self.ylabel, title=self.title)
         axes.set(**{f"{name}scale": "log" for name in self.log}, aspect="equal" if self.equal else "auto")
+        low, high = axes.get_ylim()
+        if "y" not in self.log and high - low < (least := LEAST_SPAN * max(abs(low), abs(high))):
+            axes.set_ylim((low + high - least) / 2, (low + high + least) / 2)
         if any(not words.startswith("_") for words in self.lines):
             axes.legend(fontsize=9)
 

@@ -24,6 +24,7 @@ from rail_fem.show.energies import energies_figure
 from rail_fem.show.fields import FieldsError, cut_at, depth_below, faces_from_above, read_crossing
 from rail_fem.show.figures import HISTORIES, draw_run, field_figures
 from rail_fem.show.force import force_figure
+from rail_fem.show.panels import Panel, new_panels
 from rail_fem.show.patches import patches_figure
 from rail_fem.show.plan import cut_in_strips, plan_figure, view_box
 from rail_fem.show.section import section_figure
@@ -509,3 +510,11 @@ def test_a_wheel_that_may_still_press_is_said_beside_the_residual_stress(tmp_pat
     result = write_run(tmp_path, metal={"nose": {"unloaded": True}, "wing": {"unloaded": False}})
     said = words(stress_figure(result, tmp_path, "my_case"))
     assert said.count("the wheel may still press on it") == 1 and "stress along the track [MPa], tension +" in said
+
+
+def test_round_off_is_drawn_as_no_trend():
+    """123 kN that loses 0.1 N is a level line: its axis spans 1 % of it, about the same middle."""
+    _, axes = new_panels(4.0)
+    Panel("passes", "largest force [kN]", {"_force": ([30, 50], [123.0, 122.9999])}).draw(axes)
+    low, high = axes.get_ylim()
+    assert high - low == pytest.approx(1.23, rel=1e-3) and (low + high) / 2 == pytest.approx(122.99995)
