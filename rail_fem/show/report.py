@@ -1,5 +1,6 @@
 """What the terminal shows: a result, or how far the run in a folder is."""
 
+import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,6 +19,7 @@ from rail_fem.show.metal import amount, metal_rows
 from rail_fem.show.passes import passes_rows
 
 MOST_FLIGHTS = 5  # that are told
+LEAST_DIGITS, MOST_DIGITS = 2, 4  # of a headline
 BEARER_HEADS = ("bearer", "x [mm]", "pad [kN]", "uplift [kN]", "ballast [kN]", "down [mm]", "")
 
 
@@ -46,29 +48,47 @@ def headlines(result: PassResult) -> list[Headline]:
     shown, found = COLUMNS["x"].unit, []
     for name, peak in stated_peaks(result).items():
         where = (
-            f"at x = {show(peak.x, shown, 5)}" if np.isfinite(peak.x) else "",
+            f"at x = {show(peak.x, shown, 4)}" if np.isfinite(peak.x) else "",
             f"y = {show(peak.y, shown, 4)}" if np.isfinite(peak.y) else "",
             f"in an element of {show(peak.size, shown, 2)}" if np.isfinite(peak.size) else "",
         )
-        value = engineering(peak.value, peak.unit)
+        value = amount(peak.value, peak.unit, _digits(result, name, peak.value))
         found.append(Headline(name, value, *_bars(result, name, peak.unit), ", ".join(filter(None, where))))
     found += [
         Headline(
-            f"force low-passed at {cutoff:g} Hz", engineering(low.value, "N"), "", "", f"at x = {show(low.x, shown, 5)}"
+            f"force low-passed at {cutoff:g} Hz",
+            engineering(low.value, "N", MOST_DIGITS),
+            "",
+            "",
+            f"at x = {show(low.x, shown, 4)}",
         )
         for cutoff in CUTOFFS
         if (low := filtered_peak(result, cutoff)) is not None
     ]
-    changes = "none" if np.isnan(result.transfer_x) else f"x = {amount(result.transfer_x, 'm', 5)}"
+    place = result.transfer_x
+    changes = "none" if np.isnan(place) else f"x = {amount(place, 'm', _digits(result, 'transfer_x', place))}"
     found.append(Headline("transfer from wing to nose", changes, *_bars(result, "transfer_x", "m"), ""))
     if not np.isnan(pressure := impact_pressure(result)):
         bars = _bars(result, "impact_pressure", "Pa")
         found.append(
             Headline(
-                "mean pressure at the first impact", amount(pressure, "Pa"), *bars, "of contact, weighted by force"
+                "mean pressure at the first impact",
+                amount(pressure, "Pa", _digits(result, "impact_pressure", pressure)),
+                *bars,
+                "of contact, weighted by force",
             )
         )
     return found
+
+
+def _digits(result: PassResult, name: str, value: float) -> int:
+    """Of a number beside its bars, which have two: the widest bar's last place is the number's."""
+    bars = (abs(bar) for bar in (result.error_bars.get(name, np.nan), result.form_bar(name)))
+    widest = max((bar for bar in bars if np.isfinite(bar)), default=0.0)
+    if not widest or not value:
+        return MOST_DIGITS
+    places = math.floor(math.log10(abs(value))) - math.floor(math.log10(widest)) + 2
+    return min(max(places, LEAST_DIGITS), MOST_DIGITS)
 
 
 def _bars(result: PassResult, name: str, unit: str) -> tuple[str, str]:

@@ -22,7 +22,7 @@ from rail_fem.result.error_bars import (
 from rail_fem.result.quantities import REPORTED, reported
 from rail_fem.result.result import PassResult, Peak, load
 from rail_fem.settings.explicit import FeSettings
-from rail_fem.show.report import result_report
+from rail_fem.show.report import headlines, result_report
 from tests.rail_fem.test_scene import make_scene
 
 FORCE, STRAIN, TRANSFER = 190e3, 0.08, 0.357
@@ -162,7 +162,16 @@ def test_bars_are_kept_and_printed(tmp_path):
     again = load(tmp_path)
     assert again.error_bars == pytest.approx(result.error_bars) and reported(again) == pytest.approx(reported(result))
     text = result_report(again)
-    assert "205.2 kN +- " in text and "of 2 mm at (380.0, -20.0, -3.0) mm" in text
+    assert "205 kN +- 51 kN" in text and "of 2 mm at (380.0, -20.0, -3.0) mm" in text
+
+
+@pytest.mark.parametrize(
+    "bar, value", [(2.0, "205.2 kN"), (4e2, "205.2 kN"), (2e3, "205.2 kN"), (4.1e4, "205 kN"), (3e5, "210 kN")]
+)
+def test_a_number_ends_where_its_widest_bar_does(bar, value):
+    """A bar has two digits: of 41 kN no tenth of a kN is known. At most four digits, at least two."""
+    result = replace(at_size(2 * MM), error_bars={"impact_on_wheel": 1e2}, form={"rigid": {"impact_on_wheel": -bar}})
+    assert next(one.value for one in headlines(result) if one.name == "impact_on_wheel") == value
 
 
 def test_the_pressure_at_the_impact_is_a_mean_over_one_element_passing():
