@@ -23,12 +23,12 @@ class Draw(Frozen):
     """One key of a pass: one of some values, each by its weight, or a number with its unit between low and high, evenly
     or normally about a mean."""
 
-    of: tuple[Change, ...] = ()
-    weights: tuple[float, ...] = ()
-    low: str | float | None = None
-    high: str | float | None = None
-    mean: str | float | None = None
-    deviation: str | float | None = None
+    of: tuple[Change, ...] = Field((), description="values of which one comes")
+    weights: tuple[float, ...] = Field((), description="of the values, none: all alike")
+    low: str | float | None = Field(None, description="least, with its unit")
+    high: str | float | None = Field(None, description="most, with its unit")
+    mean: str | float | None = Field(None, description="of a normal law, which low and high may cut off")
+    deviation: str | float | None = Field(None, description="standard deviation of a normal law")
 
     @model_validator(mode="after")
     def _is_one_law(self) -> Draw:
@@ -69,8 +69,8 @@ class Draw(Frozen):
 class Draws(Frozen):
     """draw : of each key, its law;  seed : of Sobol's sequence, by which they are drawn"""
 
-    seed: int = Field(1, ge=0)
-    draw: dict[str, Draw] = Field(min_length=1)
+    seed: int = Field(1, ge=0, description="of the sequence, by which they are drawn")
+    draw: dict[str, Draw] = Field(min_length=1, description="law of each key")
 
     def drawn(self, count: int, quantity: Callable[[str], Quantity | None]) -> list[dict[str, Change]]:
         """Key -> value of each of `count` passes, as a case file has them. quantity : of a key. Errors: DrawError, and
