@@ -7,7 +7,7 @@ are `inlined`; a `part` runs them over the lanes of a block, and the compiler tu
 
 from __future__ import annotations
 
-from kernel_cache import njit
+from kernel_cache import UNCOUNTED, njit
 from rail_fem.fe.state import LANES
 
 _W = LANES
@@ -16,6 +16,7 @@ FAST = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "nump
 inlined = njit(inline="always", **FAST)
 compiled = njit(cache=True, **FAST)
 part = njit(forceinline=True, **FAST)  # one copy, inside its caller
+uncounted = njit(forceinline=True, **UNCOUNTED, **FAST)  # a part that takes tables of arrays
 thread = njit(forceinline=True, cache=True, **FAST)  # what one thread of a card does
 
 

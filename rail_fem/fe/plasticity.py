@@ -19,7 +19,7 @@ import numpy as np
 
 from bem.steel.cyclic_law import CyclicLaw, plastic_return, yield_stress_at
 from rail_fem.fe.finite_strain import rotate_stress
-from rail_fem.fe.lanes import inlined, load, part, store
+from rail_fem.fe.lanes import inlined, load, part, store, uncounted
 from rail_fem.fe.state import (
     CYCLIC,
     HARDENING,
@@ -80,7 +80,7 @@ class PointBuffers(NamedTuple):
     return_factor: np.ndarray
 
 
-@part
+@uncounted
 def hardening_step(von_mises, p, shear, strain, stress):
     """Solve yield(p + dp) + 3 G dp = von_mises for dp.
 
@@ -102,7 +102,7 @@ def hardening_step(von_mises, p, shear, strain, stress):
     return (von_mises - stress[last]) / (3.0 * shear), stress[last]
 
 
-@part
+@uncounted
 def curve_at(p, strain, stress):
     """Stress of the hardening curve at plastic strain p [Pa]."""
     last = strain.size - 1
@@ -155,7 +155,7 @@ def ease(state, e, d, rows):
         state[k * _W + e] -= d * state[k * _W + e]
 
 
-@part
+@uncounted
 def scale_deviator(state, return_factor, rows):
     """Take the fraction return_factor[e] off the deviator and the hourglass forces of each lane; nothing, to the last
     bit, where it is 0.
@@ -169,7 +169,7 @@ def scale_deviator(state, return_factor, rows):
         ease(state, e, return_factor[e], rows)
 
 
-@part
+@uncounted
 def return_by_curve(state, back, scratch, count, curve, moves, return_factor, rows):
     """Bring the first `count` lanes of a block back to the yield surface; scratch[EXCESS] becomes the plastic work
     density of the step. True where any lane flows.
@@ -203,7 +203,7 @@ def return_by_curve(state, back, scratch, count, curve, moves, return_factor, ro
     return flows
 
 
-@part
+@uncounted
 def return_cyclic(state, back, scratch, count, law, point, rows):
     """The same of a law over cycles, by the function that the law's own point calls, lane by lane where a lane flows.
 
@@ -243,7 +243,7 @@ def return_cyclic(state, back, scratch, count, law, point, rows):
     return flows
 
 
-@part
+@uncounted
 def flow_back(steels, row, state, back, scratch, count, point, rows):
     """The return of a block by the law of its material; whether any lane flows.
 
@@ -280,7 +280,7 @@ def point_buffers(steels):
     return PointBuffers(np.empty(6), np.empty((k, 6)), np.empty(6), np.empty(k), np.empty(_W))
 
 
-@part
+@uncounted
 def has_flowed(state, count):
     for e in range(count):
         if state[PLASTIC_STRAIN * _W + e] > 0.0:
@@ -288,7 +288,7 @@ def has_flowed(state, count):
     return False
 
 
-@part
+@uncounted
 def add_centre(state, back, sign):
     """`sign` times the sum of the back stresses (k*6*W,) added to the stress of a block."""
     for first in range(0, back.size, 6 * _W):
@@ -296,7 +296,7 @@ def add_centre(state, back, sign):
             state[j] += sign * back[first + j]
 
 
-@part
+@uncounted
 def turn(back, rotation, row):
     """Turn the back stresses (k*6*W,) of a block by the rotation in the rows from `row`."""
     for first in range(0, back.size, 6 * _W):
