@@ -21,6 +21,7 @@ from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.sweeps.trends import MEASURES
 
 SHAPE_SPACING = 5e-3  # of the long section that is drawn [m]
+MOST_LEVEL = 6  # names beneath an axis that do not run into each other
 
 
 def write_report(problem: Problem, found: Found, out: Path) -> str:
@@ -91,8 +92,10 @@ def _side_by_side(problem: Problem, columns: list[tuple[str, str]], start: np.nd
     rows = []
     for (name, quantity), a, b in zip(columns, start, best):
         unit, change = MEASURES[quantity].unit, f"{100 * (b / a - 1):+.1f} %" if a else "-"
-        rows.append([name, quantity, f"{a:.4g} {unit}", f"{b:.4g} {unit}", change, str(targets[quantity] or "")])
-    return markdown_table(["pass", "quantity", "start", "best", "change", "target"], rows)
+        rows.append([name, quantity, f"{a:.3g} {unit}", f"{b:.3g} {unit}", change, str(targets[quantity] or "")])
+    head = ["pass", "quantity", "start", "best", "change", "target"]
+    told = len(head) - (not any(targets.values()))  # no column of targets where there are none
+    return markdown_table(head[:told], [row[:told] for row in rows])
 
 
 def command(problem: Problem, found: Found) -> str:
@@ -181,7 +184,11 @@ def force_figure(problem: Problem, found: Found, checked: Sequence[np.ndarray] =
         lines = {words: (names, own, look) for words, own, look in zip(("start", "best"), of, ("s", "D"))}
         panels.append(Panel("", f"{objective.quantity} [{MEASURES[objective.quantity].unit}]", lines))
     behind = f"; behind {design.passes[-1].name}: not searched on" if len(checked) else ""
-    return panels_figure(panels, f"Start and best of {problem.case.name} by {design.model}{behind}", columns=1)
+    figure = panels_figure(panels, f"Start and best of {problem.case.name} by {design.model}{behind}", columns=1)
+    if len(names) > MOST_LEVEL:
+        for axes in figure.axes:
+            axes.tick_params(axis="x", labelrotation=90.0)
+    return figure
 
 
 def _axis(quantity: str) -> str:
