@@ -15,4 +15,4 @@ def test_without_friction_nothing_turns_a_wheel():
     c.settings = dataclasses.replace(c.settings, friction=0.0)
     found = run(scene, 2000)
     assert found.energies[-1]["plastic"] > 0.1 and np.abs(found.force[-1]).max() > 1e3
-    assert found.energies[-1]["rotation"] == 0.0 and c.spin == 100.0 / 30e-3
+    assert found.energies[-1]["rotation"] == 0.0 and c.wheel.spin == 100.0 / 30e-3

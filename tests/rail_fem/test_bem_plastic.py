@@ -31,7 +31,7 @@ def short_pass(tmp_path_factory):
     """80 mm of the reference pass about the first impact on the nose, coarse."""
     folder = tmp_path_factory.mktemp("plastic")
     scene = load_case(ROOT / "cases" / "nose_transfer.toml").scene
-    settings = {"start": 0.36, "end": 0.44, "cell_size": 3e-3, "step": 15e-3, "error_estimate": False}
+    settings = {"start": "360 mm", "end": "440 mm", "cell_size": "3 mm", "step": "15 mm", "error_estimate": False}
     result = solve("bem_plastic", scene, settings, folder=folder)
     result.save(folder)
     return folder, result
@@ -104,7 +104,14 @@ class StopsIn:
 
 def test_wheels_one_after_the_other_add_less_and_less_and_a_stop_changes_no_bit(short_pass, tmp_path):
     _, once = short_pass
-    settings = {"start": 0.36, "end": 0.44, "cell_size": 3e-3, "step": 15e-3, "error_estimate": False, "passes": 3}
+    settings = {
+        "start": "360 mm",
+        "end": "440 mm",
+        "cell_size": "3 mm",
+        "step": "15 mm",
+        "error_estimate": False,
+        "passes": 3,
+    }
     whole = solve("bem_plastic", once.scene, settings, folder=tmp_path / "whole")
     assert len(whole.passes) == 3
     strain = [report["integral_nose"] for report in whole.passes]
@@ -152,7 +159,14 @@ def test_steel_at_rest_is_rolled_over_no_more(short_pass, tmp_path):
     scene = once.scene.replace_si(
         vehicle={"vehicle_sprung_mass": 6e3}, materials={"nose": {"grade": "Mn13", "strength": 4}}
     )
-    settings = {"start": 0.36, "end": 0.44, "cell_size": 3e-3, "step": 15e-3, "error_estimate": False, "passes": 50}
+    settings = {
+        "start": "360 mm",
+        "end": "440 mm",
+        "cell_size": "3 mm",
+        "step": "15 mm",
+        "error_estimate": False,
+        "passes": 50,
+    }
     result = solve("bem_plastic", scene, settings)
     rows = [row["reason"] for row in result.trust["validity"] if row["what"] == "repeated wheels"]
     assert rows and any("at rest after wheel" in words for words in rows), rows

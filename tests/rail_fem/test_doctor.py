@@ -15,6 +15,7 @@ def test_everything_a_run_needs_is_looked_at(monkeypatch):
         "numba",
         "gmsh",
         "rendering",
+        "card",
         "mpi",
     ]
 
