@@ -23,9 +23,9 @@ class BeamSection(Frozen):
     second_moment: Annotated[float, Quantity("cm^4", 10, 1e6, "second moment of area about the lateral axis")]
     mass: Annotated[float, Quantity("kg/m", 5, 5000, "mass per length")]
     foot_depth: Annotated[float, Quantity("mm", 5, 1000, "depth of the foot below the neutral axis")]
-    shear_area: (
-        Annotated[float, Quantity("cm^2", 1, 1e4, "area times shear coefficient; none: no shear deformation")] | None
-    ) = None
+    shear_area: Annotated[
+        float | None, Quantity("cm^2", 1, 1e4, "area times shear coefficient; none: no shear deformation")
+    ] = None
     youngs_modulus: Annotated[float, Quantity("GPa", 1, 1000, "Young's modulus")] = 210e9
     poisson: Annotated[float, Quantity("", 0, 0.4999, "Poisson's ratio")] = 0.3
     density: Annotated[float, Quantity("kg/m^3", 100, 30000, "density, for rotary inertia with a shear area")] = 7850.0

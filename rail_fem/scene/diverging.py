@@ -17,55 +17,37 @@ HEAD_WIDTH = 0.070  # of a rail: wheels stand so much farther apart than the gau
 class Diverging(Frozen):
     """The curve, what the vehicle does on it, and the check rail; even empty it makes the route the diverging one."""
 
-    radius: (
-        Annotated[float, Quantity("m", 50, 1e5, "radius of the curve through the crossing; none: straight")] | None
-    ) = None
+    radius: Annotated[
+        float | None, Quantity("m", 50, 1e5, "radius of the curve through the crossing; none: straight")
+    ] = None
     cant: Annotated[float, Quantity("mm", -200, 200, "height of the outer rail over the inner one")] = 0.0
-    lateral_force: (
-        Annotated[
-            float,
-            Quantity(
-                "kN",
-                -300,
-                300,
-                "quasi-static force of the vehicle across the wheelset, + to the outside; none: of radius, cant, speed",
-            ),
-        ]
-        | None
-    ) = None
-    angle_of_attack: (
-        Annotated[
-            float,
-            Quantity(
-                "mrad",
-                -30,
-                30,
-                "by which the suspension lets the axle head to the outside; none: it turns freely from 0",
-            ),
-        ]
-        | None
-    ) = None
-    check_rail: (
-        Annotated[
-            float, Quantity("mm", 30, 200, "flangeway of the check rail beside the other rail; none: no check rail")
-        ]
-        | None
-    ) = None
+    lateral_force: Annotated[
+        float | None,
+        Quantity(
+            "kN",
+            -300,
+            300,
+            "quasi-static force of the vehicle across the wheelset, + to the outside; none: of radius, cant, speed",
+        ),
+    ] = None
+    angle_of_attack: Annotated[
+        float | None,
+        Quantity(
+            "mrad", -30, 30, "by which the suspension lets the axle head to the outside; none: it turns freely from 0"
+        ),
+    ] = None
+    check_rail: Annotated[
+        float | None, Quantity("mm", 30, 200, "flangeway of the check rail beside the other rail; none: no check rail")
+    ] = None
     check_stiffness: Annotated[
         float, Quantity("kN/mm", 1, 5000, "stiffness of the check rail across the track (from memory, not verified)")
     ] = 50e6
-    lateral: (
-        Annotated[
-            float,
-            Quantity(
-                "mm",
-                -15,
-                15,
-                "lateral position of the wheelset at the start, + to the outside; none: that of equilibrium",
-            ),
-        ]
-        | None
-    ) = None
+    lateral: Annotated[
+        float | None,
+        Quantity(
+            "mm", -15, 15, "lateral position of the wheelset at the start, + to the outside; none: that of equilibrium"
+        ),
+    ] = None
 
     @property
     def curvature(self) -> float:

@@ -54,24 +54,15 @@ class Wheel(Frozen):
     number: Annotated[Count, Field(ge=1)] | None = Field(
         None, description="which profile of an .mpt file; none: the first"
     )
-    flange_back: (
-        Annotated[
-            float,
-            Quantity(
-                "mm",
-                -1000,
-                1000,
-                "y of the flange back in the profile file; none: by its datum, its format or its shape",
-            ),
-        ]
-        | None
-    ) = None
-    smoothing: (
-        Annotated[
-            float, Quantity("um", 0.1, 999, "scatter to take out of the profile file; none: what its points show")
-        ]
-        | None
-    ) = None
+    flange_back: Annotated[
+        float | None,
+        Quantity(
+            "mm", -1000, 1000, "y of the flange back in the profile file; none: by its datum, its format or its shape"
+        ),
+    ] = None
+    smoothing: Annotated[
+        float | None, Quantity("um", 0.1, 999, "scatter to take out of the profile file; none: what its points show")
+    ] = None
     measured: SkipJsonSchema[Any] = Field(None, exclude=True, repr=False, validate_default=True)
     digest: str = Field("", validate_default=True, description="digest of the profile file's content")
 
@@ -162,25 +153,18 @@ class Vehicle(Frozen):
 
     wheelset_unsprung_mass: Annotated[float, Quantity("t", 0.1, 6, "unsprung mass of one wheelset")]
     wheel_count: Count = Field(8, ge=2, le=64, multiple_of=2, description="number of wheels that carry the vehicle")
-    axle_load: (
-        Annotated[float, Quantity("t", 0.3, 100, "mass that one axle carries, its own included; none: by sprung mass")]
-        | None
-    ) = None
+    axle_load: Annotated[
+        float | None, Quantity("t", 0.3, 100, "mass that one axle carries, its own included; none: by sprung mass")
+    ] = None
     vehicle_sprung_mass: Annotated[
         float, Quantity("t", 1, 300, "sprung mass of the whole vehicle; none: by axle_load")
     ] = Field(None, validate_default=True)
-    wheelset_spin_inertia: (
-        Annotated[
-            float,
-            Quantity(
-                "kg m^2",
-                1,
-                2000,
-                "moment of inertia of one wheelset about its axle; none: unsprung mass times (0.25 m)^2",
-            ),
-        ]
-        | None
-    ) = None
+    wheelset_spin_inertia: Annotated[
+        float | None,
+        Quantity(
+            "kg m^2", 1, 2000, "moment of inertia of one wheelset about its axle; none: unsprung mass times (0.25 m)^2"
+        ),
+    ] = None
     primary_stiffness: Annotated[float, Quantity("MN/m", 0.01, 50, "primary suspension stiffness per wheel")] = 1.2e6
     primary_damping: Annotated[float, Quantity("kN s/m", 0, 1000, "primary suspension damping per wheel")] = 10.0e3
 
@@ -254,9 +238,9 @@ class Material(Frozen):
 
     grade: str = Field(description=f"steel grade: {', '.join(GRADES)}")
     strength: Annotated[float, Quantity("%", 20, 1000, "factor on the stresses of the yield curve")] = 1.0
-    youngs_modulus: Annotated[float, Quantity("GPa", 1, 1000, "Young's modulus")] | None = None
-    poisson: Annotated[float, Quantity("", 0, 0.4999, "Poisson's ratio")] | None = None
-    density: Annotated[float, Quantity("kg/m^3", 100, 30000, "density")] | None = None
+    youngs_modulus: Annotated[float | None, Quantity("GPa", 1, 1000, "Young's modulus")] = None
+    poisson: Annotated[float | None, Quantity("", 0, 0.4999, "Poisson's ratio")] = None
+    density: Annotated[float | None, Quantity("kg/m^3", 100, 30000, "density")] = None
     hardening_strain: tuple[Annotated[float, Quantity("", 0, 10, "plastic strain of a curve point")], ...] | None = None
     hardening_stress: (
         tuple[Annotated[float, Quantity("MPa", 1, 20000, "true yield stress of a curve point")], ...] | None
@@ -286,17 +270,11 @@ class Material(Frozen):
         try:
             steel = self.steel()
         except ValueError as error:
-            raise PydanticCustomError("steel", "{message}", {"message": str(error)}) from error
+            raise input_error("steel", str(error)) from error
         if steel.is_elastic and self.strength != 1.0:
-            raise PydanticCustomError(
+            raise input_error(
                 "steel",
-                "{message}",
-                {
-                    "message": (
-                        f"{self.grade} is elastic, strength has nothing to scale: leave it out, or give a hardening"
-                        " curve"
-                    )
-                },
+                f"{self.grade} is elastic, strength has nothing to scale: leave it out, or give a hardening curve",
             )
         return self
 
@@ -398,15 +376,10 @@ class Scene(Frozen):
     def _wheelset_fits_the_gauge(self) -> "Scene":
         clearance = self.gauge - self.back_to_back
         if not 0.02 < clearance < 0.2:
-            raise PydanticCustomError(
+            raise input_error(
                 "geometry",
-                "{message}",
-                {
-                    "message": (
-                        f"gauge {self.gauge * 1e3:g} mm less back_to_back {self.back_to_back * 1e3:g} mm is"
-                        f" {clearance * 1e3:g} mm, must lie between 20 and 200 mm"
-                    )
-                },
+                f"gauge {self.gauge * 1e3:g} mm less back_to_back {self.back_to_back * 1e3:g} mm is"
+                f" {clearance * 1e3:g} mm, must lie between 20 and 200 mm",
             )
         return self
 

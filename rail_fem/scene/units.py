@@ -7,7 +7,8 @@ import functools
 import math
 import re
 from dataclasses import dataclass
-from typing import Any
+from types import NoneType
+from typing import Any, get_args
 
 from pydantic_core import PydanticCustomError, core_schema
 
@@ -182,8 +183,9 @@ class Quantity:
     meaning : what the field is, in a few words
     words   : that may stand in place of a value, such as "auto"
 
-    Text is read with its unit and kept in SI. A bare number is SI, unless the validation context says
-    `units_required` (case files do): then a field that has a unit refuses it.
+    Of a field that may be left out: `Annotated[float | None, Quantity(...)]`. Text is read with its unit and kept in
+    SI. A bare number is SI, unless the validation context says `units_required` (case files do): then a field that has
+    a unit refuses it.
     """
 
     unit: str
@@ -241,14 +243,13 @@ class Quantity:
             raise PydanticCustomError("quantity", "{message}", {"message": str(error)}) from error
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
-        return core_schema.with_info_plain_validator_function(self._validate)
+        own = core_schema.with_info_plain_validator_function(self._validate)
+        return core_schema.nullable_schema(own) if NoneType in get_args(source) else own
 
     def __get_pydantic_json_schema__(self, schema: core_schema.CoreSchema, handler: Any) -> dict[str, Any]:
         """A case file's: text with a unit where the field has one, else a number, too."""
-        text = {"type": "string", "examples": [f"{self.low:g} {self.unit}".strip()]}
+        choices: list[dict[str, Any]] = [{"type": "string", "examples": [f"{self.low:g} {self.unit}".strip()]}]
+        if not self.unit:
+            choices.insert(0, {"type": "number", "minimum": self.low, "maximum": self.high})
         about = {"description": f"{self.meaning}, {self.range()}"}
-        return (
-            text | about
-            if self.unit
-            else {"anyOf": [{"type": "number", "minimum": self.low, "maximum": self.high}, text]} | about
-        )
+        return (choices[0] if len(choices) == 1 else {"anyOf": choices}) | about

@@ -38,10 +38,10 @@ class Traffic(Frozen):
     wheel: str = Field("", description="wheel profile by name, or as a path beside the case file; none: the scene's")
     stock: Literal["passenger", "freight", "tractive"] = Field("passenger", description="by which its tonnage counts")
     share: Annotated[float, Quantity("", 0, 1, "of all passes; shares sum to 1")] = 1.0
-    speed: Annotated[float, Quantity("mph", 0.5, 350, "speed; none: the scene's")] | None = None
-    axle_load: (
-        Annotated[float, Quantity("t", 1, 60, "axle load, by which its sprung mass differs; none: the scene's")] | None
-    ) = None
+    speed: Annotated[float | None, Quantity("mph", 0.5, 350, "speed; none: the scene's")] = None
+    axle_load: Annotated[
+        float | None, Quantity("t", 1, 60, "axle load, by which its sprung mass differs; none: the scene's")
+    ] = None
 
     @field_validator("wheel")
     @classmethod
@@ -89,13 +89,11 @@ class DamageSettings(Frozen):
     law: Literal["archard", "archard_patch", "usfd", "brr", "krause_poll"] = Field(
         "archard", description="wear law by which the shape changes; all laws are reported"
     )
-    calibration: (
-        Annotated[
-            float, Quantity("", 1e-3, 1e3, "factor on all wear laws for lubrication and climate; none: 1, and no years")
-        ]
-        | None
-    ) = None
-    wear_coefficient: Annotated[float, Quantity("", 0, 1, "Archard's k in place of the map; none: the map")] | None = (
+    calibration: Annotated[
+        float | None,
+        Quantity("", 1e-3, 1e3, "factor on all wear laws for lubrication and climate; none: 1, and no years"),
+    ] = None
+    wear_coefficient: Annotated[float | None, Quantity("", 0, 1, "Archard's k in place of the map; none: the map")] = (
         None
     )
     cells: Count = Field(50, ge=10, le=400, description="cells of a patch, each way")
@@ -113,31 +111,24 @@ class DamageSettings(Frozen):
     plan_spacing: Annotated[
         float, Quantity("mm", 0.05, 2, "across a crossing between the depths of its plan; along it is patch_spacing")
     ] = 0.25e-3
-    block: (
-        Annotated[float, Quantity("", 1, 1e7, "passes between two shapes, at most on a switch; none: by tolerance")]
-        | None
-    ) = None
+    block: Annotated[
+        float | None, Quantity("", 1, 1e7, "passes between two shapes, at most on a switch; none: by tolerance")
+    ] = None
     block_depth: Annotated[float, Quantity("um", 0.01, 100, "deepest that a crossing may wear between two shapes")] = (
         5e-6
     )
-    block_share: (
-        Annotated[
-            float,
-            Quantity(
-                "", 1e-3, 1, "least length of a block in parts of the passes done; none: 0.1 crossing, 0.02 switch"
-            ),
-        ]
-        | None
-    ) = None
+    block_share: Annotated[
+        float | None,
+        Quantity("", 1e-3, 1, "least length of a block in parts of the passes done; none: 0.1 crossing, 0.02 switch"),
+    ] = None
     tolerance: Annotated[float, Quantity("%", 0.01, 20, "of the depth that a finer block may change")] = 0.01
     smoothing: Annotated[
         float, Quantity("mm", 0, 2, "standard deviation by which depths are spread along the line")
     ] = 0.1e-3
     depth_limit: Annotated[float, Quantity("mm", 0.01, 50, "depth at which the section is worn through")] = 10e-3
-    kinetic_friction: (
-        Annotated[float, Quantity("", 0, 2, "friction at large slip, below or above the scene's; none: the same")]
-        | None
-    ) = None
+    kinetic_friction: Annotated[
+        float | None, Quantity("", 0, 2, "friction at large slip, below or above the scene's; none: the same")
+    ] = None
     decay_speed: Annotated[
         float, Quantity("m/s", 1e-3, 100, "slip velocity over which friction's change with slip falls to 1/e")
     ] = 1.0

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
-from pydantic_core import PydanticCustomError
 
 from geometry.axes import RAIL_DEPTH, WHEEL_DEPTH
 from geometry.profiles.formats.raw import LARGEST_MESH, open_file
@@ -121,13 +120,12 @@ class FeSettings(Frozen):
     track_mass: bool = Field(True, description="added mass of the track under the crossing")
     beam_element: BeamElement = 0.1
     beam_reach: BeamReach = 9.0
-    window_ahead: (
-        Annotated[float, Quantity("mm", 0, 5000, "length of the travelling window ahead of the wheel; none: all")]
-        | None
-    ) = None
-    window_behind: (
-        Annotated[float, Quantity("mm", 0, 5000, "length of the travelling window behind the wheel; none: all")] | None
-    ) = None
+    window_ahead: Annotated[
+        float | None, Quantity("mm", 0, 5000, "length of the travelling window ahead of the wheel; none: all")
+    ] = None
+    window_behind: Annotated[
+        float | None, Quantity("mm", 0, 5000, "length of the travelling window behind the wheel; none: all")
+    ] = None
     passes: Count = Field(
         1, ge=1, le=10000, description="passes of the wheel, each on the steel that the one before it has left"
     )
@@ -191,15 +189,10 @@ class FeSettings(Frozen):
     @model_validator(mode="after")
     def _has_a_length(self) -> "FeSettings":
         if None not in (self.start, self.end) and abs(self.end - self.start) < 4 * self.element_size:
-            raise PydanticCustomError(
+            raise input_error(
                 "window",
-                "{message}",
-                {
-                    "message": (
-                        f"start {self.start * 1e3:g} mm and end {self.end * 1e3:g} mm are less than 4 elements of"
-                        f" {self.element_size * 1e3:g} mm apart"
-                    )
-                },
+                f"start {self.start * 1e3:g} mm and end {self.end * 1e3:g} mm are less than 4 elements of"
+                f" {self.element_size * 1e3:g} mm apart",
             )
         return self
 
@@ -282,22 +275,18 @@ class FeSettings(Frozen):
 class FeWindowSettings(FeSettings):
     """Explicit FE of a part of the pass that begins in the middle of it, in the state that rigid_hertz has found."""
 
-    start: (
-        Annotated[
-            float,
-            Quantity(
-                "mm",
-                -2000,
-                3000,
-                "position x of the wheel at the start of the window; none: ahead of the rigid wheel's transfer",
-            ),
-        ]
-        | None
-    ) = None  # type: ignore[assignment]  # found by rigid_hertz where a window gives none
-    end: (
-        Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at its end; none: behind that transfer")]
-        | None
-    ) = None  # type: ignore[assignment]  # found by rigid_hertz where a window gives none
+    start: Annotated[
+        float | None,
+        Quantity(
+            "mm",
+            -2000,
+            3000,
+            "position x of the wheel at the start of the window; none: ahead of the rigid wheel's transfer",
+        ),
+    ] = None  # type: ignore[assignment]  # found by rigid_hertz where a window gives none
+    end: Annotated[
+        float | None, Quantity("mm", -2000, 3000, "position x of the wheel at its end; none: behind that transfer")
+    ] = None  # type: ignore[assignment]  # found by rigid_hertz where a window gives none
 
     @property
     def takes_diverging_route(self) -> bool:
@@ -307,15 +296,12 @@ class FeWindowSettings(FeSettings):
     def flexible_parts(self) -> tuple[str, ...]:
         return ("bearers",)  # with which of a wheel's modes it arrives is not handed over
 
-    approach_start: (
-        Annotated[
-            float,
-            Quantity(
-                "mm", -9000, 3000, "where rigid_hertz begins its approach, at rest; none: where the other models begin"
-            ),
-        ]
-        | None
-    ) = None
+    approach_start: Annotated[
+        float | None,
+        Quantity(
+            "mm", -9000, 3000, "where rigid_hertz begins its approach, at rest; none: where the other models begin"
+        ),
+    ] = None
     indentation_law: IndentationLaw = Field(
         "rolled", description="of that approach: how deep rigid_hertz lets a contact be indented plastically"
     )

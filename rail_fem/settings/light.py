@@ -3,8 +3,8 @@
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
+from rail_fem.scene.base import input_error
 from rail_fem.scene.scene import Count, Frozen, Scene
 from rail_fem.scene.units import Quantity
 from rail_fem.settings.explicit import COMMON_WINDOW, BeamElement, BeamReach, IndentationLaw
@@ -30,9 +30,9 @@ class LightSettings(Frozen):
 class P2Settings(LightSettings):
     """The standard's formula."""
 
-    dip_angle: (
-        Annotated[float, Quantity("mrad", 0, 100, "dip angle 2 alpha; none: from the rigid wheel path")] | None
-    ) = None
+    dip_angle: Annotated[
+        float | None, Quantity("mrad", 0, 100, "dip angle 2 alpha; none: from the rigid wheel path")
+    ] = None
     reading: Literal["increment", "all"] = Field(
         "increment", description="what the dynamic factor 1.2 acts on: the increment (Table 7-5), or all (as printed)"
     )
@@ -44,22 +44,14 @@ class P2Settings(LightSettings):
 class PassSettings(LightSettings):
     """The stretch that is run over and the steps in time and along the path."""
 
-    start: (
-        Annotated[
-            float,
-            Quantity(
-                "mm", -9000, 9000, "position x of the wheel at the start; none: from wing to nose, as every model"
-            ),
-        ]
-        | None
-    ) = None
-    end: (
-        Annotated[
-            float,
-            Quantity("mm", -9000, 9000, "position x of the wheel at the end; none: from wing to nose, as every model"),
-        ]
-        | None
-    ) = None
+    start: Annotated[
+        float | None,
+        Quantity("mm", -9000, 9000, "position x of the wheel at the start; none: from wing to nose, as every model"),
+    ] = None
+    end: Annotated[
+        float | None,
+        Quantity("mm", -9000, 9000, "position x of the wheel at the end; none: from wing to nose, as every model"),
+    ] = None
     time_step: Annotated[float, Quantity("us", 0.01, 1000, "time step")] = 10e-6
     path_spacing: Annotated[
         float, Quantity("mm", 0.1, 20, "distance between positions where the surfaces are searched for contact")
@@ -79,15 +71,10 @@ class PassSettings(LightSettings):
     @model_validator(mode="after")
     def _has_a_length(self) -> "PassSettings":
         if self.start is not None and self.end is not None and abs(self.end - self.start) < SHORTEST_WINDOW:
-            raise PydanticCustomError(
+            raise input_error(
                 "window",
-                "{message}",
-                {
-                    "message": (
-                        f"start {self.start * 1e3:g} mm and end {self.end * 1e3:g} mm are less than"
-                        f" {SHORTEST_WINDOW * 1e3:g} mm apart"
-                    )
-                },
+                f"start {self.start * 1e3:g} mm and end {self.end * 1e3:g} mm are less than"
+                f" {SHORTEST_WINDOW * 1e3:g} mm apart",
             )
         return self
 
@@ -103,12 +90,10 @@ class LumpedSettings(PassSettings):
     contact: Literal["hertz", "linear"] = Field(
         "hertz", description="contact spring: Hertz' law, or linear with its stiffness at the static load"
     )
-    contact_stiffness: (
-        Annotated[
-            float, Quantity("GN/m^1.5", 1, 1e5, "Hertz constant of the contact; none: of the static load at the start")
-        ]
-        | None
-    ) = None
+    contact_stiffness: Annotated[
+        float | None,
+        Quantity("GN/m^1.5", 1, 1e5, "Hertz constant of the contact; none: of the static load at the start"),
+    ] = None
 
 
 class IndentationSettings(PassSettings):
@@ -148,24 +133,15 @@ class RigidHertzSettings(IndentationSettings):
     lateral_range: Annotated[
         float, Quantity("mm", 0.5, 12, "how far to each side contacts are looked for; degrees_of_freedom lateral_roll")
     ] = 4e-3
-    gyration: (
-        Annotated[
-            float,
-            Quantity(
-                "mm",
-                100,
-                2000,
-                "radius of gyration of the wheelset in roll and yaw; none: half of it at each tread datum",
-            ),
-        ]
-        | None
-    ) = None
-    check_rail: (
-        Annotated[
-            float, Quantity("mm", 0, 200, "flangeway of the check rail beside the other rail; none: no check rail")
-        ]
-        | None
-    ) = None
+    gyration: Annotated[
+        float | None,
+        Quantity(
+            "mm", 100, 2000, "radius of gyration of the wheelset in roll and yaw; none: half of it at each tread datum"
+        ),
+    ] = None
+    check_rail: Annotated[
+        float | None, Quantity("mm", 0, 200, "flangeway of the check rail beside the other rail; none: no check rail")
+    ] = None
 
     @property
     def flexible_parts(self) -> tuple[str, ...]:
