@@ -38,7 +38,7 @@ COURANT = 0.9
 # for what the contact lacks, and that of giving up. What follows a frequency w with damping a is stable where the time
 # is longer than 1/a, whatever w is: here six times as long, for waves of the bodies beside one another
 DAMPING, DELAY, PATIENCE = 16.0, 0.4, 60.0
-# at rest: force of the contact and of the axle off the load, kinetic energy over the work of the load
+# at rest: force of the contact and of the axle off the load, mean of two steps; kinetic energy over the load's work
 LOAD_ERROR, ENERGY_SHARE = 3e-3, 1e-5
 # at rest too where single nodes of the contact go on bouncing: forces within LOAD_ERROR and steady to STEADY over two
 # times DELAY, kinetic energy below CHATTER of the work
@@ -136,12 +136,15 @@ def _relax(d: Dynamics, axle: RigidGroup, load: float, frequency: float, stiffne
     long = max(2, int(np.ceil(2 * delay / (LOOK * dt))))  # in looks
     errors: list[tuple[float, float]] = []  # of contact and axle
     while True:
-        axle.velocity[2] = (_carried(d) - load) / (stiffness * delay)
+        before = _carried(d), float(axle.reaction[2])
+        axle.velocity[2] = (before[0] - load) / (stiffness * delay)
         d.step(dt)
         cut = most_steps is not None and d.step_count >= most_steps
         if d.step_count % LOOK and not cut:
             continue
-        errors.append((_carried(d) / load - 1, float(axle.reaction[2]) / load - 1))
+        # mean of two steps: a node of the contact that bounces from one step to the next stands at its middle
+        now = _carried(d), float(axle.reaction[2])
+        errors.append(((now[0] + before[0]) / (2 * load) - 1, (now[1] + before[1]) / (2 * load) - 1))
         error = errors[-1][0]
         if tell:
             tell(f"static contact at the start: step {d.step_count}, force off by {error:+.2%}")
