@@ -302,7 +302,9 @@ def equivalent_paraboloid(
     length, _ = _below(rows, along, depth[:, None])
     width, balance = _below(columns, across, depth[:, None])
     centre = _centre_of_pressure(_one_piece(columns, depth), across, depth[:, None])
-    widths, _ = _below(gap, across, depth[:, None, None])
+    inside = rows < depth[:, None]
+    widths = np.zeros_like(rows)
+    widths[inside] = _shares_below(gap[inside], across, depth[np.nonzero(inside)[0], None]).sum(axis=-1)
     area = trapezoid(widths, along, axis=1)
     ellipse = np.pi / 4 * length * width
     scale = (area / ellipse)[:, None]
@@ -322,10 +324,22 @@ def _one_piece(gap: np.ndarray, depth: np.ndarray) -> np.ndarray:
 
 def _below(gap: np.ndarray, positions: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Length (...) [m] of the positions (q,) where gap (..., q) is below depth (..., 1), and their middle."""
-    low, high = np.minimum(gap[..., 1:], gap[..., :-1]), np.maximum(gap[..., 1:], gap[..., :-1])
-    share = np.clip((depth - low) / np.maximum(high - low, 1e-15), 0, 1) * np.diff(positions)
+    share = _shares_below(gap, positions, depth)
     length = share.sum(axis=-1)
     return length, (share * (positions[1:] + positions[:-1]) / 2).sum(axis=-1) / np.maximum(length, 1e-15)
+
+
+def _shares_below(gap: np.ndarray, positions: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """(..., q - 1) [m]  of each stretch between positions (q,), what of it is below the depth. In place: most of what a
+    table costs is memory."""
+    low, high = np.minimum(gap[..., 1:], gap[..., :-1]), np.maximum(gap[..., 1:], gap[..., :-1])
+    high -= low
+    np.maximum(high, 1e-15, out=high)
+    share = np.subtract(depth, low, out=low)
+    share /= high
+    np.minimum(np.maximum(share, 0.0, out=share), 1.0, out=share)
+    share *= np.diff(positions)
+    return share
 
 
 def _centre_of_pressure(gap: np.ndarray, across: np.ndarray, depth: np.ndarray) -> np.ndarray:
