@@ -14,6 +14,7 @@ from rail_fem.case.casefile import Case, CaseError, load_case
 from rail_fem.case.template import written
 from rail_fem.case.variations import as_setting, field_of, folder_name, short_keys, value_of
 from rail_fem.case.warnings import case_warnings
+from rail_fem.contact.contact_table import contact_table
 from rail_fem.contact.rigid import with_window
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.result.result import PassResult
@@ -124,7 +125,8 @@ def seen(case: Case) -> Seen:
     settings, other = (_few_rows(case.scene, case.runs[model]) for model in (SHOWN, BESIDE))
     result, beside = solve(SHOWN, case.scene, settings), solve(BESIDE, case.scene, other)
     warnings = (*case_warnings(case.scene, with_window(case.scene, settings)), *result.warnings)
-    result = replace(result, title=case.title, warnings=warnings, form=form(result, by_passes=False))
+    trust_of = {**result.trust, "rigid_path": _path(case.scene, settings)}
+    result = replace(result, title=case.title, warnings=warnings, form=form(result, by_passes=False), trust=trust_of)
     runs = [NamedResult(SHOWN, result)]
     return Seen(
         scene_words(case.scene),
@@ -139,6 +141,13 @@ def _few_rows(scene: Scene, settings: Any) -> Any:
     """The settings with rows so far apart that a browser draws them at once."""
     least = scene.travel_time(*settings.window(scene)) / MOST_ROWS
     return settings if settings.history_interval >= least else settings.replace_si(history_interval=least)
+
+
+def _path(scene: Scene, settings: Any) -> dict[str, Any]:
+    """The rigid wheel's path as the pass has searched it; another search would take as long as the pass."""
+    start, end = settings.window(scene)
+    table = contact_table(scene, start, end, settings.path_spacing)
+    return {"x": table.x, "height": table.height.max(axis=0)}
 
 
 def _charts(result: PassResult, beside: PassResult) -> list[Chart]:

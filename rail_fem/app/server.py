@@ -20,7 +20,7 @@ from typing import Any
 
 from rail_fem.app.controls import SHOWN, changed, form_of, seen
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.files.strict_json import dumps
+from rail_fem.files.strict_json import one_line
 from rail_fem.hierarchy import MODELS
 from rail_fem.processes.pool import executor
 from rail_fem.processes.progress import duration, read_status
@@ -163,11 +163,11 @@ class Handler(BaseHTTPRequestHandler):
             length = int(self.headers.get("Content-Length", ""))
             if not 0 <= length <= LARGEST:
                 raise ValueError(f"a request of {length} bytes, at most {LARGEST}")
-            return dumps(what(json.loads(self.rfile.read(length)))).encode()
+            return one_line(what(json.loads(self.rfile.read(length)))).encode()
         except CaseError as error:
-            return dumps({"errors": error.errors}).encode()
+            return one_line({"errors": error.errors}).encode()
         except (ValueError, ArithmeticError, RecursionError) as error:
-            return dumps({"errors": [str(error)]}).encode()
+            return one_line({"errors": [str(error)]}).encode()
 
     def _send(self, code: int, kind: str, body: bytes) -> None:
         self.send_response(code)
