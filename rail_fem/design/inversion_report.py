@@ -32,7 +32,7 @@ def inversion_report(problem: Problem, found: Inversion) -> str:
     low, high = (scaled_back(problem, side[None, :-1])[0] for side in found.interval)
     mean = scaled_back(problem, found.samples[:, :-1].mean(axis=0)[None])[0]
     rows = [
-        [v.key, f"{v.low} to {v.high}", f"{m:.4g}", f"{a:.4g} to {b:.4g} {v.unit}", _share(w), f"{best:.4g} {v.unit}"]
+        [v.words, f"{v.low} to {v.high}", f"{m:.4g}", f"{a:.4g} to {b:.4g} {v.unit}", _share(w), f"{best:.4g} {v.unit}"]
         for v, m, a, b, w, best in zip(design.vary, mean, low, high, width, found.likely.values)
     ]
     form = 100 * form_of(np.r_[found.samples[:, -1].mean(), found.interval[:, -1]])
@@ -54,7 +54,7 @@ def inversion_report(problem: Problem, found: Inversion) -> str:
             "Without one group of facts each, the standard deviation of each unknown over that with all, in brackets by"
             f" how many of these its mean moves; blank below {DECIDES:g}:",
             "",
-            *markdown_table(["left out", *(v.title for v in design.vary)], _influence(found)),
+            *markdown_table(["left out", *(v.label.replace("\n", " ") for v in design.vary)], _influence(found)),
         ]
     )
 
@@ -125,7 +125,7 @@ def inversion_figure(problem: Problem, found: Inversion) -> Figure:
                 axes.axvspan(low[i], high[i], color=GREY, alpha=0.2, zorder=0)
                 axes.axvline(likely[i], color=NOSE, lw=2)
                 axes.set_yticks([])
-                axes.set_title(f"{low[i]:.4g} to {high[i]:.4g}", fontsize=9)
+                axes.set_title(f"{low[i]:.3g} to {high[i]:.3g}", fontsize=9)
             else:
                 axes.plot(at[:, k], at[:, i], ".", ms=2, color=WING, alpha=0.5)
                 axes.plot(likely[k], likely[i], "D", ms=5, color=NOSE)
@@ -133,9 +133,9 @@ def inversion_figure(problem: Problem, found: Inversion) -> Figure:
             axes.tick_params(labelsize=9, labelbottom=i == count - 1, labelleft=k == 0 and i > 0)
             axes.locator_params(nbins=3)
             if i == count - 1:
-                axes.set_xlabel(vary[k].title.replace("_", " ").replace(" [", "\n["), fontsize=9)
+                axes.set_xlabel(vary[k].label, fontsize=9)
             if k == 0 and i > 0:
-                axes.set_ylabel(vary[i].title.replace("_", " ").replace(" [", "\n["), fontsize=9)
+                axes.set_ylabel(vary[i].label, fontsize=9)
     _draw_facts(problem, found, figure.add_axes((0.7, 0.56, 0.29, 0.39)))
     start = scaled(problem, likely[None])[0]
     beside = " (at a bound)" if ((start < 0.01) | (start > 0.99)).any() else ""

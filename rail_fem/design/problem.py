@@ -3,7 +3,7 @@
 case = "whole_crossing.toml"          # beside this file
 model = "rigid_hertz"
 seed = 1
-trials = 400
+trials = 400                          # rounded up to whole generations of six a variable, two at least
 set = { "run.rigid_hertz.path_spacing" = "5 mm" }   # in all passes and checks, before what each sets itself
 
 [[vary]]
@@ -54,7 +54,7 @@ from rail_fem.design.observations import FactGroup, read_facts
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.result.quantities import two_now
 from rail_fem.scene.base import Count, Frozen
-from rail_fem.scene.input_errors import quantity_of, suggest
+from rail_fem.scene.input_errors import meaning, quantity_of, suggest
 from rail_fem.scene.units import NUMBER_THEN_UNIT, QuantityError, parse, si_factor
 from rail_fem.sweeps.trends import MEASURES
 
@@ -88,6 +88,16 @@ class Variable(Frozen):
     def title(self) -> str:
         """Key without its section, and unit."""
         return f"{self.key.rsplit('.', 1)[-1]} [{self.unit}]" if self.unit else self.key.rsplit(".", 1)[-1]
+
+    @property
+    def label(self) -> str:
+        """The title as an axis has it."""
+        return self.title.replace("_", " ").replace(" [", "\n[")
+
+    @property
+    def words(self) -> str:
+        """What it is, and its key."""
+        return f"{meaning(field_of(self.key)).partition(';')[0]} ({self.key})"
 
     def read(self, value: str | float) -> float:
         """A case file's value in `unit`. Errors: ValueError that names the key."""
@@ -147,7 +157,7 @@ class Design(Frozen):
     case: str
     model: str = "rigid_hertz"
     seed: Annotated[Count, Field(ge=0, le=LARGEST_SEED)] = 1
-    trials: Annotated[Count, Field(ge=10, le=1_000_000)] = 400
+    trials: Annotated[Count, Field(ge=10, le=1_000_000)] = 400  # rounded up to whole generations, two at least
     worse: Annotated[float, Field(ge=0, le=1e3)] = 0.0  # weight of whatever is worse in a pass than at the start
     set: dict[str, Any] = Field(default_factory=dict)  # keys in all passes and checks, before their own
     guess: dict[str, str | float] = Field(default_factory=dict)  # values of all variables for one of the first trials

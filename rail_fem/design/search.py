@@ -75,15 +75,17 @@ def search(
         judge = _Judge(problem, correct, record.start(run))
         seen = {tuple(trial.values): judge(trial) for trial in earlier}
         bounds = [variable.bounds for variable in design.vary]
-        size = max(LEAST, PER_VARIABLE * len(bounds))
-        members = int(np.ceil(size / len(bounds)))
-        trials = design.trials / 2 if earlier else design.trials
+        members = int(np.ceil(max(LEAST, PER_VARIABLE * len(bounds)) / len(bounds)))
+        generation, asked = members * len(bounds), int(np.ceil(design.trials / 2 if earlier else design.trials))
+        generations = max(2, int(np.ceil(asked / generation)))
+        if (made := generations * generation) != asked:
+            say(f"{asked} trials asked for, {made} made: {generations} generations of {generation}, two at least")
         differential_evolution(
             lambda x: 0.0,  # never called: `workers` is given the points of a generation
             bounds,
             popsize=members,
-            init=_best(seen.values(), members * len(bounds)) or "latinhypercube",
-            maxiter=max(1, int(np.ceil(trials / (members * len(bounds)))) - 1),
+            init=_best(seen.values(), generation) or "latinhypercube",
+            maxiter=generations - 1,
             seed=design.seed,
             x0=None if earlier else design.guessed or None,
             updating="deferred",

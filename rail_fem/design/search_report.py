@@ -62,7 +62,7 @@ def report(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -
         *markdown_table(
             ["variable", "best", "bounds"],
             [
-                [variable.key, str(variable.text(value)), f"{variable.low} to {variable.high}"]
+                [variable.words, str(variable.text(value)), f"{variable.low} to {variable.high}"]
                 for variable, value in zip(design.vary, best.values)
             ],
         ),

@@ -202,7 +202,7 @@ def test_the_command_inverts_and_says_what_decides(problem, tmp_path):
     done = CliRunner().invoke(app, ["design", str(problem), "--out", str(out), "--workers", "1"])
     assert done.exit_code == 0, done.output
     text = (out / "inversion.md").read_text()
-    assert "| scene.foundation.track_mass | 100 kg to 500 kg |" in text and "| faster is harder | fast | >= 1 " in text
+    assert "(scene.foundation.track_mass) | 100 kg to 500 kg |" in text and "| faster is harder | fast | >= 1 " in text
     assert (out / "inversion.png").stat().st_size > 10_000
 
 
