@@ -33,6 +33,23 @@ from rail_fem.show.style import scene_words
 
 PAGE = "page.html"  # in the folder of a run
 REPORTS = "report.md", "design.md", "inversion.md", "proof.md", "compare.md"
+# figures of such a folder, in the order in which they are shown
+FIGURES = {
+    "design": "Trials, and the shapes of start and best",
+    "design_forces": "Forces at the start and at best",
+    "proof": "What the explicit model finds of the start and the best",
+    "inversion": "What the facts say of each unknown",
+    "compare": "Error of the models over their cost",
+    "depth_plan": "Where it is worn, from above",
+    "depth_band": "Depth of wear by each law",
+    "sections": "Sections before and after",
+    "profiles": "Section before and after",
+    "passes": "Wear, T\u03b3 and force over the passes",
+    "tgamma": "T\u03b3 and fatigue along the crossing",
+    "shakedown": "Shakedown map: which contacts ratchet",
+    "wheel_wear": "What the wheels lose",
+    "patches": "Contact patches",
+}
 MOST_SURFACES = 6  # that turn: a browser draws some sixteen at most
 NEED_PLOTLY = "a page needs plotly: pip install plotly, or ./setup.sh; show and the figures do without"
 Part = str | Chart
@@ -182,9 +199,10 @@ def write_report_page(folder: Path, path: Path) -> Path:
     )
     reader = MarkdownIt("commonmark", {"html": False}).enable("table").disable(["image", "link", "autolink"])
     parts: list[Part] = [reader.render(one) for one in (rest, *words[1:])]
-    figures = sorted([*folder.glob("*.png"), *folder.glob("figures/*.png")])
-    for figure in figures:
-        parts += [heading(figure.stem.replace("_", " ")), image(figure, figure.stem)]
+    order = lambda figure: ([*FIGURES, figure.stem].index(figure.stem), figure)
+    for figure in sorted([*folder.glob("*.png"), *folder.glob("figures/*.png")], key=order):
+        seen = FIGURES.get(figure.stem, figure.stem.replace("_", " "))
+        parts += [heading(seen), image(figure, seen)]
     write_text_atomically(path, document(title, parts))
     return path
 
