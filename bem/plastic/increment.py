@@ -88,14 +88,13 @@ def damped_newton(
             return at, found, errors
         if not np.isfinite(errors[-1]):
             break
-        step, share = change(at, found), 1.0
-        for _ in range(_HALVINGS):
-            new = mismatch(*(one + share * more for one, more in zip(at, step, strict=True)))
+        step = change(at, found)
+        for halvings in range(_HALVINGS):
+            trial = tuple(one + 0.5**halvings * more for one, more in zip(at, step, strict=True))
+            new = mismatch(*trial)
             if new[-1] < found[-1]:
                 break
-            share /= 2
-        at = tuple(one + share * more for one, more in zip(at, step, strict=True))
-        found = new
+        at, found = trial, new
         errors.append(found[-1])
     raise NoEquilibriumError(
         f"plastic strain not in equilibrium after {len(errors) - 1} Newton steps: stress still off by {errors[-1]:.2g}"

@@ -8,7 +8,7 @@ from bem.material import Elastic, contact_modulus
 from bem.patch import ContactInputError, Grid
 from bem.plastic.body import PlasticBody
 from bem.plastic.contact import MOST_PRESSURE, PlasticHalfSpace, pressure_warnings
-from bem.plastic.increment import NoEquilibriumError
+from bem.plastic.increment import NoEquilibriumError, damped_newton
 from bem.plastic.surface import LoadStress
 from bem.steel.hardening import Hardening
 
@@ -162,3 +162,17 @@ def test_layers_that_are_none_are_refused(layers):
     grid = Grid.over((-1e-3, 1e-3), (-1e-3, 1e-3), 8, 8)
     with pytest.raises(ContactInputError, match="at least two whole ones"):
         PlasticHalfSpace(grid, grid.dx, layers, RIGID, STEEL, Hardening.linear(YIELD))
+
+
+def test_each_newton_step_begins_where_the_last_one_was_looked_at():
+    """An error that no step lessens: what the next step is made of belongs to the place that it begins from."""
+    begun = []
+
+    def change(at, found):
+        begun.append(at[0])
+        assert found[0] == at[0]
+        return (1.0,)
+
+    with pytest.raises(NoEquilibriumError):
+        damped_newton(lambda x: (x, 1.0 + x), change, (0.0,), 1e-9, 3)
+    assert begun == [0.0, 0.5**5, 2 * 0.5**5]
