@@ -22,11 +22,20 @@ class Recorder:
         self.rows: list[dict[str, float]] = []
         self.contact_work: list[float] = []  # on the bodies, at each row [J]
         self.deforming: list[float] = []  # kinetic energy of the meshes beyond rigid motion, at each row [J]
-        n = 0 if passage.track is None else len(passage.track.position)
-        self.beam = np.empty((0, 2, n))  # position and velocity of a beam on bearers at each row
+        self._beam: list[np.ndarray] = []
         self.exchanged = 0.0  # energy that came with other lumped masses and velocities where settling ended [J]
         self.overlap: list[list[float]] = []  # Contact.overlap at each row
         self._clear()
+
+    @property
+    def beam(self) -> np.ndarray:
+        """(rows, 2, n) position and velocity of a beam on bearers at each row, joined when asked for."""
+        n = 0 if self.passage.track is None else len(self.passage.track.position)
+        return np.array(self._beam).reshape(-1, 2, n)
+
+    @beam.setter
+    def beam(self, rows: np.ndarray) -> None:
+        self._beam = list(rows)
 
     def _clear(self) -> None:
         self.total, self.moment, self.steps = np.zeros(5), np.zeros(4), 0
@@ -87,7 +96,7 @@ class Recorder:
         self.deforming.append(self._deforming())
         self.overlap.append(d.contact.overlap())
         if p.track is not None:
-            self.beam = np.concatenate([self.beam, [[p.track.position, p.track.velocity]]])
+            self._beam.append(np.array([p.track.position, p.track.velocity]))
         self._clear()
 
     def _deforming(self) -> float:
