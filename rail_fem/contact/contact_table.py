@@ -103,6 +103,17 @@ class ContactTable:
         """(m,) index of the table's position nearest to x."""
         return np.clip(np.rint((np.asarray(x) - self.x[0]) / (self.x[1] - self.x[0])).astype(int), 0, len(self.x) - 1)
 
+    def touching(self, body: int, x: float) -> int:
+        """Index of the table's position nearest to x where the wheel comes into contact with a body. Errors: ValueError
+        where there is none."""
+        touched = np.flatnonzero(np.isfinite(self.point[body, :, 0]))
+        return int(touched[np.argmin(np.abs(self.x[touched] - x))])
+
+    def semi_axes(self, body: int, index: int, force: float) -> np.ndarray:
+        """(2,) along and across the rail of the Hertz ellipse under a normal force [N] at a position of the table
+        [m]."""
+        return patch_sizes(np.array([force]), self.radii[body, index : index + 1], self.modulus[body])[0]
+
     def carrier(self, x: float) -> tuple[int, int]:
         """Which body (of BODIES) a rigid wheel at x stands on, and the index of the table's nearest position."""
         i = int(self.nearest(x))

@@ -23,10 +23,10 @@ from geometry.surfaces.bodies import BODIES
 from kernel_cache import working_time
 from rail_fem.contact.contact_pairs import ContactPair, crossing_surface, pair_at
 from rail_fem.contact.contact_table import HIDDEN, ContactTable, TableKey, table_key, table_of
-from rail_fem.passes.pass_result import pass_result, patch_steps
+from rail_fem.passes.pass_result import light_result, patch_steps
 from rail_fem.passes.plastic_indentation import as_seen, contacts_of, elastic_law
 from rail_fem.passes.validity import SolvedContact, bem_flags, law_flags
-from rail_fem.passes.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
+from rail_fem.passes.vertical_pass import LightPass, run_with_errors
 from rail_fem.result.result import PassResult, PatchSummary
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import BemPassageSettings
@@ -47,16 +47,12 @@ def solve(
     load = scene.static_wheel_load
     table = as_seen(solved_table(key, settings.patch_spacing, settings.cells), settings)
     started = working_time()
-    contacts = contacts_of(scene, settings, table)
-    run = run_pass(scene, settings, contacts)
-    coarse = run_pass(scene, settings, contacts, 2 * run.step)
+    run, errors = run_with_errors(scene, settings, contacts_of(scene, settings, table))
     solved = solved_patches(key, settings, table, run, patch_steps(run))
     patches = tuple(patch for patch, _, _ in solved)
-    flags = bem_flags(scene, patches, lift_offs(run, load))
-    flags += law_flags([contact for _, _, contact in solved], load)
-    errors = {"time_step": step_error(run, coarse), "pressure": max(p.error.max_pressure for _, p, _ in solved)}
-    errors |= beam_errors(scene, settings, contacts, run)
-    return pass_result("bem_passage", scene, settings, table, run, patches, flags, errors, started)
+    errors["pressure"] = max(p.error.max_pressure for _, p, _ in solved)
+    flags = *bem_flags(scene, patches), *law_flags([contact for _, _, contact in solved], load)
+    return light_result("bem_passage", scene, settings, table, run, errors, flags, started, patches)
 
 
 @functools.lru_cache(maxsize=32)
@@ -122,36 +118,18 @@ def solved_patches(
         for b, body in enumerate(BODIES):
             if run.force[b, i] <= 0:
                 continue
-            touched, x = np.flatnonzero(np.isfinite(table.point[b, :, 0])), float(run.x[i])
-            near = int(touched[np.argmin(np.abs(table.x[touched] - x))])
-            pair, force = pair_of(key, table, b, near, x), float(run.force[b, i])
+            x, force = float(run.x[i]), float(run.force[b, i])
+            near = table.touching(b, x)
+            pair = pair_of(key, table, b, near, x)
             patch = solved_patch(pair, force, settings.cells, estimate=True)
             approach, exponent = (values[b, near] for values in law)
             length, width = (
                 float(np.ptp(np.flatnonzero((patch.pressure > 0).any(axis=1 - k))) + 1) * side
                 for k, side in enumerate((patch.grid.dx, patch.grid.dy))
             )
-            found.append(
-                (
-                    PatchSummary(
-                        float(run.time[i]),
-                        float(pair.point[0]),
-                        float(pair.point[1]),
-                        body,
-                        length,
-                        width,
-                        patch.contact_area,
-                        patch.normal_force,
-                        patch.max_pressure,
-                    ),
-                    patch,
-                    SolvedContact(
-                        body,
-                        x,
-                        force,
-                        float(approach * (force / key.load) ** (1 / exponent)),
-                        float(patch.approach / pair.frame[2, 2]),
-                    ),
-                )
-            )
+            at = float(run.time[i]), float(pair.point[0]), float(pair.point[1])
+            loaded = patch.contact_area, patch.normal_force, patch.max_pressure
+            by_law = float(approach * (force / key.load) ** (1 / exponent))
+            contact = SolvedContact(body, x, force, by_law, float(patch.approach / pair.frame[2, 2]))
+            found.append((PatchSummary(*at, body, length, width, *loaded), patch, contact))
     return found

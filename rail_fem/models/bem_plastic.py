@@ -10,7 +10,7 @@ forces of the first, over the steel that the one before has left, and stops wher
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,15 +26,15 @@ from bem.steel.nonlinear_kinematic import NonlinearKinematic
 from geometry.surfaces.bodies import BODIES
 from kernel_cache import working_time
 from rail_fem.contact.contact_pairs import crossing_surface
-from rail_fem.contact.contact_table import ContactTable, TableKey, contact_table, patch_sizes, table_key
+from rail_fem.contact.contact_table import ContactTable, TableKey, contact_table, table_key
 from rail_fem.models.bem_passage import pair_of
-from rail_fem.passes.pass_result import pass_result, patch_steps, patches_at
+from rail_fem.passes.pass_result import light_result, patch_steps, patches_at
 from rail_fem.passes.plastic_fields import metal_of, write_archive, write_vtu
 from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.plastic_rolling import Flow, Station, flow_in, roll_along, strip_along
 from rail_fem.passes.repeated_wheels import Wheels
-from rail_fem.passes.validity import Flag, flag, lift_flags
-from rail_fem.passes.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
+from rail_fem.passes.validity import Flag, flag
+from rail_fem.passes.vertical_pass import LightPass, run_pass, run_with_errors
 from rail_fem.result.parts import CrossingPart, parts_between
 from rail_fem.result.quantities import reported
 from rail_fem.result.result import PassResult, Peak
@@ -59,16 +59,14 @@ def solve(
     window = settings.window(scene)
     key, table = table_key(scene, *window, settings.path_spacing), contact_table(scene, *window, settings.path_spacing)
     started = working_time()
-    contacts = contacts_of(scene, settings, table)
-    run = run_pass(scene, settings, contacts)
-    coarse = run_pass(scene, settings, contacts, 2 * run.step)
-    steels = {"wing": scene.materials.wing.steel(), "nose": scene.materials.nose.steel()}
+    run, errors = run_with_errors(scene, settings, contacts_of(scene, settings, table))
+    steels = {body: getattr(scene.materials, body).steel() for body in BODIES}
     parts = parts_between(run.x[0], run.x[-1], scene.crossing.leg_end)
     flows: dict[str, Flow] = {}
     pieces: dict[str, Flow] = {}
     metal: dict[str, dict] = {}
     bars: dict[str, float] = {}
-    flags = lift_flags(lift_offs(run, scene.static_wheel_load))
+    flags: list[Flag] = []
     of_case = digest(fingerprint("bem_plastic", scene, settings))
     for b, body in enumerate(BODIES):
         stations = stations_of(key, table, run, b, settings.step, CARRIES * scene.static_wheel_load)
@@ -102,13 +100,12 @@ def solve(
             flags += flow_flags(name, piece)
         metal, pieces = metal | left, pieces | found
     patches = patches_at(table, run, patch_steps(run))
-    errors = {"time_step": step_error(run, coarse)} | beam_errors(scene, settings, contacts, run)
     errors |= {
         f"plastic_strain_{name}": bars[f"block_{name}"] / left["values"]["block"]
         for name, left in metal.items()
         if f"block_{name}" in bars and left["values"]["block"] > 0
     }
-    result = pass_result("bem_plastic", scene, settings, table, run, patches, flags, errors, started)
+    result = light_result("bem_plastic", scene, settings, table, run, errors, flags, started, patches)
     result = replace(result, metal=metal, error_bars=bars)
     if settings.passes > 1:
         result = replace(result, passes=passes_of(result, list(flows.values()), settings.passes))
@@ -147,16 +144,16 @@ def passes_of(result: PassResult, flows: list[Flow], count: int) -> tuple[dict[s
     return tuple(told)
 
 
-def passes_flags(body: str, flow: Flow, count: int) -> list[Flag]:
+def passes_flags(body: str, flow: Flow, count: int) -> Iterator[Flag]:
     """What repeated wheels came to: rest, or what the last one added."""
     if count == 1:
-        return []
-    forces = "; the forces of all are those of the first, which do not feel the changed shape"
+        return
     what = verdict_words(np.array(flow.grown), np.array(flow.stays), error=CELL_ERROR)
     words = f"at rest after wheel {len(flow.grown)} of {count}: {what}"
     if flow.grown[-1] > LEAST_FLOW:
         words = f"{what}, in the cell to which wheel {count} adds most (the first added {flow.grown[0]:.2g})"
-    return [flag("repeated wheels", f"{body}: {words}{forces}")]
+    forces = "; the forces of all are those of the first, which do not feel the changed shape"
+    yield flag("repeated wheels", f"{body}: {words}{forces}")
 
 
 def _pieces(parts: list[CrossingPart], flow: Flow, stations: list[Station]) -> dict[str, Flow]:
@@ -216,15 +213,14 @@ def stations_of(
     force, (low, high) = run.force[body], sorted((run.x[0], run.x[-1]))
     wanted = np.linspace(low, high, max(2, int(np.ceil((high - low) / step)) + 1))
     nearest = np.unique([int(np.argmin(np.abs(run.x - x))) for x in wanted])
-    touched = np.flatnonzero(np.isfinite(table.point[body, :, 0]))
     stations = []
     for i in nearest:
-        if not len(touched) or force[i] < least:
+        if force[i] < least or not np.isfinite(table.point[body, :, 0]).any():
             continue
-        near = int(touched[np.argmin(np.abs(table.x[touched] - run.x[i]))])
+        near = table.touching(body, float(run.x[i]))
         pair = pair_of(key, table, body, near, float(run.x[i]))
         normal = pair.normal_force(float(force[i]))
-        axes = patch_sizes(np.array([normal]), table.radii[body, near : near + 1], table.modulus[body])[0]
+        axes = table.semi_axes(body, near, normal)
         stations.append(Station(float(run.time[i]), pair, normal, (float(axes[0]), float(axes[1]))))
     return stations
 
@@ -263,47 +259,35 @@ def _reporter(progress, stations: int, duration: float) -> Callable[[float], Non
     return lambda share: progress.update(round(stations * share), duration * share, duration)
 
 
-def flow_flags(part: str, flow: Flow) -> list[Flag]:
+def flow_flags(part: str, flow: Flow) -> Iterator[Flag]:
     """Where a half-space in small strain must not be believed, of leg, wing rail or nose."""
     strain, x, _, _ = flow.worst()
-    where, flags = f"x = {x * 1e3:.0f} mm", []
     if flow.edge_distance < flow.zone_depth:
-        flags.append(
-            flag(
-                "edge",
-                f"{part}: the plastic zone, {flow.zone_depth * 1e3:.1f} mm deep, comes within"
-                f" {flow.edge_distance * 1e3:.1f} mm of where the body has no surface: true flow there is larger",
-            )
+        yield flag(
+            "edge",
+            f"{part}: the plastic zone, {flow.zone_depth * 1e3:.1f} mm deep, comes within"
+            f" {flow.edge_distance * 1e3:.1f} mm of where the body has no surface: true flow there is larger",
         )
     if flow.fall > MOST_FALL:
-        flags.append(
-            flag(
-                "corner",
-                f"{part}: beside the patch the surface falls by {flow.fall * flow.zone_depth * 1e3:.1f} mm over the"
-                f" plastic zone's depth of {flow.zone_depth * 1e3:.1f} mm (a radius of {1 / (2 * flow.fall):.1f}"
-                f" depths; {1 / (2 * MOST_FALL):g} at least): the half-space is stiffer, true flow is larger",
-                where,
-            )
+        yield flag(
+            "corner",
+            f"{part}: beside the patch the surface falls by {flow.fall * flow.zone_depth * 1e3:.1f} mm over the plastic"
+            f" zone's depth of {flow.zone_depth * 1e3:.1f} mm (a radius of {1 / (2 * flow.fall):.1f} depths;"
+            f" {1 / (2 * MOST_FALL):g} at least): the half-space is stiffer, true flow is larger",
+            x,
         )
     if strain > LARGE_STRAIN:
-        flags.append(
-            flag(
-                "large strain",
-                f"{part}: plastic strain up to {strain:.1%}; above {LARGE_STRAIN:.0%} the half-space of small strain is"
-                " an approximation",
-                where,
-            )
+        yield flag(
+            "large strain",
+            f"{part}: plastic strain up to {strain:.1%}; above {LARGE_STRAIN:.0%} the half-space of small strain is an"
+            " approximation",
+            x,
         )
     highest = max(flow.stations, key=lambda station: station.over_yield, default=None)
     if highest is not None:
-        flags += [
-            flag("stiff cells", f"{part}: {words}", f"x = {highest.x * 1e3:.0f} mm")
-            for words in pressure_warnings(highest.over_yield)
-        ]
-    flags.append(
-        flag("no friction", f"{part}: creep forces are left out; they raise the flow near the surface and shift it")
-    )
-    return flags
+        for words in pressure_warnings(highest.over_yield):
+            yield flag("stiff cells", f"{part}: {words}", highest.x)
+    yield flag("no friction", f"{part}: creep forces are left out; they raise the flow near the surface and shift it")
 
 
 def _with_flow(

@@ -14,15 +14,7 @@ from rail_fem.contact.contact_law import ContactLaw
 from rail_fem.contact.contact_table import contact_table
 from rail_fem.passes.pass_result import light_result
 from rail_fem.passes.validity import lumped_flags
-from rail_fem.passes.vertical_pass import (
-    Contacts,
-    beam_errors,
-    common_history,
-    force_change,
-    lift_offs,
-    run_pass,
-    step_error,
-)
+from rail_fem.passes.vertical_pass import Contacts, force_change, run_pass, run_with_errors
 from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import LumpedSettings
@@ -40,15 +32,12 @@ def solve(
     started = working_time()
     constant = settings.contact_stiffness or static_constant(table, settings.window(scene)[0])
     contacts = one_contact(table, constant, settings.contact, scene.static_wheel_load)
-    run = run_pass(scene, settings, contacts)
-    coarse = run_pass(scene, settings, contacts, 2 * run.step)
+    run, errors = run_with_errors(scene, settings, contacts)
     softer = run_pass(scene, settings, one_contact(table, constant / 2, settings.contact, scene.static_wheel_load))
-    flags = lumped_flags(scene, table, run, constant, lift_offs(run, scene.static_wheel_load))
+    errors["contact_stiffness"] = force_change(run, softer)
+    flags = lumped_flags(scene, table, run, constant)
     trust = {"contact_constant": constant}
-    errors = {"time_step": step_error(run, coarse), "contact_stiffness": force_change(run, softer)}
-    errors |= beam_errors(scene, settings, contacts, run)
-    columns = common_history(run)
-    return light_result("lumped", scene, settings, run, columns, flags, trust, errors, table.search_time, started)
+    return light_result("lumped", scene, settings, table, run, errors, flags, started, trust=trust)
 
 
 def static_constant(table, start: float) -> float:

@@ -56,7 +56,7 @@ def solve(
             "N",
             x=transfer,
         )
-    flags = p2_flags(scene, dip) + limit_flags(chosen)
+    flags = [*p2_flags(scene, dip), *limit_flags(chosen)]
     return PassResult(
         model="p2_formula",
         scene=scene,

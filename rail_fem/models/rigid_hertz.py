@@ -8,16 +8,17 @@ that rolls, and moves laterally and in yaw, on crossing and stock rail.
 """
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from kernel_cache import working_time
 from rail_fem.contact.contact_table import BY_BODY, ContactTable, contact_table
-from rail_fem.passes.pass_result import pass_result, patch_steps, patches_at
+from rail_fem.passes.pass_result import light_result, patch_steps, patches_at
 from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.validity import hertz_flags
-from rail_fem.passes.vertical_pass import beam_errors, force_change, lift_offs, run_pass, step_error
+from rail_fem.passes.vertical_pass import March, force_change, run_pass, run_with_errors
 from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import RigidHertzSettings
@@ -26,53 +27,27 @@ from rail_fem.settings.light import RigidHertzSettings
 def solve(
     scene: Scene, settings: RigidHertzSettings, folder: Path | None = None, restart: bool = False, progress=None
 ) -> PassResult:
-    """One pass. Error: second order in the step, measured by twice the step, and by twice the spacing of the surface
-    search.
+    """One pass. Error: second order in the step, measured by twice the step, and of a wheel alone by twice the spacing
+    of the surface search.
 
-    Errors: CrossingError where the window leaves the crossing, ValueError.
+    Errors: CrossingError where the window leaves the crossing, ValueError, also where a wheelset leaves lateral_range.
     """
-    if settings.degrees_of_freedom != "vertical":
-        return solve_wheelset(scene, settings)
-    table = contact_table(scene, *settings.window(scene), settings.path_spacing)
+    if vertical := settings.degrees_of_freedom == "vertical":
+        table = contact_table(scene, *settings.window(scene), settings.path_spacing)
+        march: March = run_pass
+    else:
+        from rail_fem.passes.wheelset_pass import run_wheelset, surfaces_of
+
+        surfaces = surfaces_of(scene, settings)
+        table, march = surfaces.centred, partial(run_wheelset, surfaces)
     started = working_time()
-    contacts = contacts_of(scene, settings, table)
-    run = run_pass(scene, settings, contacts)
-    coarse = run_pass(scene, settings, contacts, 2 * run.step)
-    sparse = run_pass(scene, settings, contacts_of(scene, settings, every_second(table)))
+    run, errors = run_with_errors(scene, settings, contacts_of(scene, settings, table), march)
+    if vertical:
+        sparse = run_pass(scene, settings, contacts_of(scene, settings, every_second(table)))
+        errors["path_spacing"] = force_change(run, sparse)
     patches = patches_at(table, run, patch_steps(run))
-    flags = hertz_flags(scene, table, run, patches, lift_offs(run, scene.static_wheel_load))
-    errors = {"time_step": step_error(run, coarse), "path_spacing": force_change(run, sparse)}
-    errors |= beam_errors(scene, settings, contacts, run)
-    return pass_result("rigid_hertz", scene, settings, table, run, patches, flags, errors, started)
-
-
-def solve_wheelset(scene: Scene, settings: RigidHertzSettings) -> PassResult:
-    """One pass of a wheelset that may roll, and by choice move laterally and in yaw. Errors: also ValueError where it
-    leaves lateral_range."""
-    from rail_fem.passes.wheelset_pass import run_wheelset, surfaces_of
-
-    surfaces = surfaces_of(scene, settings)
-    started = working_time()
-    # kept from another scene or not, the search counts
-    search_time = sum(t.search_time for t in surfaces.over + surfaces.plain)
-    table = replace(surfaces.over[len(surfaces.over) // 2], search_time=search_time)
-    contacts = contacts_of(scene, settings, table)
-    found = run_wheelset(scene, settings, contacts, surfaces)
-    run, coarse = found.light, run_wheelset(scene, settings, contacts, surfaces, 2 * found.light.step).light
-    patches = patches_at(table, run, patch_steps(run))
-    flags = hertz_flags(scene, table, run, patches, lift_offs(run, scene.static_wheel_load))
-    return pass_result(
-        "rigid_hertz",
-        scene,
-        settings,
-        table,
-        run,
-        patches,
-        flags,
-        {"time_step": step_error(run, coarse)},
-        started,
-        found.columns,
-    )
+    flags = hertz_flags(scene, table, run, patches)
+    return light_result("rigid_hertz", scene, settings, table, run, errors, flags, started, patches)
 
 
 def every_second(table: ContactTable) -> ContactTable:

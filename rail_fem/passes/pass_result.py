@@ -1,39 +1,49 @@
 """From a light pass over wing and nose to its result: columns of the history, patches, peaks."""
 
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 from geometry.surfaces.bodies import BODIES
 from kernel_cache import working_time
-from rail_fem.contact.contact_table import ContactTable, patch_sizes
-from rail_fem.passes.validity import Flag, flag_warnings
+from rail_fem.contact.contact_table import ContactTable
+from rail_fem.passes.validity import Flag, flag_warnings, lift_flags
 from rail_fem.passes.vertical_pass import LightPass, common_history, foundation_peak, history_rows
 from rail_fem.result.events import end_warnings, force_peaks, transfer_position
-from rail_fem.result.result import BearerSummary, Cost, PassResult, PatchSummary, Peak
+from rail_fem.result.result import NAN, BearerSummary, Cost, PassResult, PatchSummary, Peak
 from rail_fem.scene.scene import Scene
-from rail_fem.settings.light import IndentationSettings, PassSettings
+from rail_fem.settings.light import PassSettings
 
 
 def light_result(
     model: str,
     scene: Scene,
     settings: PassSettings,
+    table: ContactTable,
     run: LightPass,
-    columns: dict[str, np.ndarray],
-    flags: list[Flag],
-    trust: dict[str, Any],
     errors: dict[str, float],
-    search_time: float,
+    flags: Iterable[Flag],
     started: float,
+    patches: tuple[PatchSummary, ...] | None = None,
+    trust: Mapping[str, Any] | None = None,
 ) -> PassResult:
-    """What every light pass reports, whatever it resolves. columns : (m,) of the history, of every step; search_time :
-    spent on the path [s]; started : clock when the path was at hand [s]"""
-    load = scene.static_wheel_load
+    """What a light pass reports.
+
+    flags : beside that the wheel leaves the rail;  started : clock when the table was at hand [s]
+    patches : on wing and nose, whose histories then are there; None of one contact for both
+    """
+    load, sign, columns = scene.static_wheel_load, scene.direction_sign, common_history(run)
+    found = [*lift_flags(run, load), *flags]
+    about: dict[str, Any] = {"validity": found, **(trust or {})}
+    transfer = NAN
+    if patches is not None:
+        columns = columns | body_columns(run, table, points_at(table, run.x))
+        about["rigid_transfers"] = table.transfers.tolist()
+        transfer = transfer_position(columns, sign, load)
+    peaks = force_peaks(columns, sign, load, leg_end=scene.crossing.leg_end)
     rows = history_rows(run, settings.history_interval)
     history = {name: values[rows] for name, values in columns.items()}
-    peaks = force_peaks(columns, scene.direction_sign, load, leg_end=scene.crossing.leg_end)
     bearers: tuple[BearerSummary, ...] = ()
     if run.beam is not None and scene.bearers is not None:
         from rail_fem.passes.beam_results import bearer_table
@@ -45,13 +55,20 @@ def light_result(
         scene=scene,
         settings=settings.model_dump(mode="json"),
         history=history,
-        peaks=peaks | {"force_foundation": foundation_peak(run)} | ({} if run.on_beam is None else run.on_beam.peaks),
+        peaks={
+            **peaks,
+            "force_foundation": foundation_peak(run),
+            **({} if run.on_beam is None else run.on_beam.peaks),
+            **pressure_peaks(patches or ()),
+        },
+        patches=patches or (),
         bearers=bearers,
+        transfer_x=transfer,
         energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
-        cost=Cost(search_time + working_time() - started, 0, len(run.time), search_time=search_time),
+        cost=Cost(table.search_time + working_time() - started, 0, len(run.time), search_time=table.search_time),
         error_estimate=errors,
-        trust={"validity": flags} | trust,
-        warnings=flag_warnings(flags) + end_warnings(columns, peaks, load) + void_warnings(bearers),
+        trust=about,
+        warnings=flag_warnings(found) + end_warnings(columns, peaks, load) + void_warnings(bearers),
     )
 
 
@@ -62,31 +79,6 @@ def void_warnings(bearers: tuple[BearerSummary, ...]) -> tuple[str, ...]:
         " deep closes, and the ballast carries again, which this model leaves out"
         for one in bearers
         if one.state == "voided"
-    )
-
-
-def pass_result(
-    model: str,
-    scene: Scene,
-    settings: IndentationSettings,
-    table: ContactTable,
-    run: LightPass,
-    patches: tuple[PatchSummary, ...],
-    flags: list[Flag],
-    errors: dict[str, float],
-    started: float,
-    more: dict[str, np.ndarray] | None = None,
-) -> PassResult:
-    """The result of a pass over wing and nose. started : clock when the table was at hand [s];  more : columns (m,)
-    beside or instead of the common ones"""
-    columns = common_history(run) | body_columns(run, table, points_at(table, run.x)) | (more or {})
-    trust = {"rigid_transfers": table.transfers.tolist()}
-    found = light_result(model, scene, settings, run, columns, flags, trust, errors, table.search_time, started)
-    return replace(
-        found,
-        patches=patches,
-        peaks={**found.peaks, **pressure_peaks(patches)},
-        transfer_x=transfer_position(columns, scene.direction_sign, scene.static_wheel_load),
     )
 
 
@@ -127,22 +119,11 @@ def patches_at(table: ContactTable, run: LightPass, steps: list[int]) -> tuple[P
             if run.force[b, i] <= 0:
                 continue
             normal = run.force[b, i] / np.cos(table.angle[b, near])
-            along, across = patch_sizes(np.array([normal]), table.radii[b, near : near + 1], table.modulus[b])[0]
+            along, across = table.semi_axes(b, near, normal)
             area = np.pi * along * across
             x = table.point[b, near, 0] + run.x[i] - table.x[near]
-            patches.append(
-                PatchSummary(
-                    float(run.time[i]),
-                    float(x),
-                    float(table.point[b, near, 1]),
-                    body,
-                    float(2 * along),
-                    float(2 * across),
-                    float(area),
-                    float(normal),
-                    float(1.5 * normal / area),
-                )
-            )
+            sizes = map(float, (2 * along, 2 * across, area, normal, 1.5 * normal / area))
+            patches.append(PatchSummary(float(run.time[i]), float(x), float(table.point[b, near, 1]), body, *sizes))
     return tuple(patches)
 
 

@@ -4,7 +4,7 @@ found.
 A flag is {"what", "reason", "where"}: plain values, so that a result file carries them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from geometry.surfaces.bodies import BODIES
 from rail_fem.contact.contact_table import ContactTable
 from rail_fem.passes.p2 import DIP_LIMIT
 from rail_fem.passes.vertical_pass import LightPass
+from rail_fem.result.events import OPEN
 from rail_fem.result.result import PatchSummary
 from rail_fem.scene.crossing import JOINT
 from rail_fem.scene.scene import Scene
@@ -39,70 +40,47 @@ class SolvedContact(NamedTuple):
     solved: float
 
 
-def flag(what: str, reason: str, where: str = "") -> Flag:
-    """What is doubtful, why and with which numbers, where along the path."""
-    return {"what": what, "reason": reason, "where": where}
+def flag(what: str, reason: str, x: float | None = None) -> Flag:
+    """What is doubtful, why and with which numbers, where along the path [m]."""
+    return {"what": what, "reason": reason, "where": "" if x is None else f"x = {x * 1e3:.0f} mm"}
 
 
-def flag_warnings(flags: list[Flag]) -> tuple[str, ...]:
+def flag_warnings(flags: Sequence[Flag]) -> tuple[str, ...]:
     """Flags as sentences, for a result's warnings."""
     return tuple(f"{f['what']}: {f['reason']}" + (f" ({f['where']})" if f["where"] else "") for f in flags)
 
 
-def p2_flags(scene: Scene, dip: float) -> list[Flag]:
+def p2_flags(scene: Scene, dip: float) -> Iterator[Flag]:
     """What the standard's formula leaves out in this scene."""
-    flags = []
+    told = f"dip angle {dip * 1e3:.3g} mrad"
     if scene.direction == "trailing":
-        flags.append(
-            flag("trailing", "the formula is for the wheel that meets the nose; it knows no direction of travel")
-        )
+        yield flag("trailing", "the formula is for the wheel that meets the nose; it knows no direction of travel")
     if not dip > 0:
-        flags.append(
-            flag(
-                "no dip",
-                f"dip angle {dip * 1e3:.3g} mrad: the path does not rise at the transfer, the formula has no impact"
-                " there",
-            )
-        )
+        yield flag("no dip", f"{told}: the path does not rise at the transfer, the formula has no impact there")
     if dip > DIP_LIMIT * 1.001:  # read off a path, to less than a thousandth
-        flags.append(
-            flag(
-                "dip limit",
-                f"dip angle {dip * 1e3:.3g} mrad is above the standard's {DIP_LIMIT * 1e3:g} mrad for a P8 wheel",
-            )
-        )
+        yield flag("dip limit", f"{told} is above the standard's {DIP_LIMIT * 1e3:g} mrad for a P8 wheel")
     if scene.crossing.family != JOINT:  # the formula's own scene
-        flags.append(
-            flag(
-                "one impact",
-                "the formula sees the transfer only: not, on a crossing, the leg, where the thesis' FE has its largest"
-                " force",
-            )
+        yield flag(
+            "one impact",
+            "the formula sees the transfer only: not, on a crossing, the leg, where the thesis' FE has its largest"
+            " force",
         )
-    return flags
 
 
-def lift_flags(lifts: tuple[int, float]) -> list[Flag]:
-    """Of a wheel that leaves the rail. lifts : how often, and for how long in all [s]"""
-    count, duration = lifts
-    return (
-        [
-            flag(
-                "lift-off",
-                f"the wheel lifts off {count} time(s), {duration * 1e3:.3g} ms in all: where it lands depends on all"
-                " that went before",
-            )
-        ]
-        if count
-        else []
-    )
+def lift_flags(run: LightPass, static_load: float) -> Iterator[Flag]:
+    """Of a wheel that leaves the rail: how often, and for how long in all."""
+    lifted = run.force.sum(axis=0) < OPEN * static_load
+    count, duration = np.count_nonzero(np.diff(np.r_[False, lifted].astype(int)) == 1), lifted.sum() * run.step
+    if count:
+        yield flag(
+            "lift-off",
+            f"the wheel lifts off {count} time(s), {duration * 1e3:.3g} ms in all: where it lands depends on all that"
+            " went before",
+        )
 
 
-def lumped_flags(
-    scene: Scene, table: ContactTable, run: LightPass, constant: float, lifts: tuple[int, float]
-) -> list[Flag]:
+def lumped_flags(scene: Scene, table: ContactTable, run: LightPass, constant: float) -> Iterator[Flag]:
     """One contact of one stiffness for a passage over two bodies."""
-    flags = lift_flags(lifts)
     near = table.nearest(run.x)
     carrier = np.argmax(table.height[:, near], axis=0)
     true = table.stiffness[carrier, near]
@@ -110,31 +88,15 @@ def lumped_flags(
     off = np.where(loaded, np.abs(true / constant - 1), 0.0)
     if off.max() > SUDDEN:
         i = int(np.argmax(off))
-        flags.append(
-            flag(
-                "contact stiffness",
-                f"Hertz constant {true[i]:.3g} N/m^1.5 of the true surfaces against {constant:.3g} taken",
-                f"x = {run.x[i] * 1e3:.0f} mm",
-            )
-        )
+        words = f"Hertz constant {true[i]:.3g} N/m^1.5 of the true surfaces against {constant:.3g} taken"
+        yield flag("contact stiffness", words, run.x[i])
     if len(table.transfers):
-        flags.append(
-            flag(
-                "two bodies",
-                "wing and nose are one path here: no sharing of the load",
-                f"x = {table.transfers[0] * 1e3:.0f} mm",
-            )
-        )
-    return flags
+        yield flag("two bodies", "wing and nose are one path here: no sharing of the load", table.transfers[0])
 
 
-def hertz_flags(
-    scene: Scene, table: ContactTable, run: LightPass, patches: tuple[PatchSummary, ...], lifts: tuple[int, float]
-) -> list[Flag]:
+def hertz_flags(scene: Scene, table: ContactTable, run: LightPass, patches: tuple[PatchSummary, ...]) -> Iterator[Flag]:
     """Plastic flow, edges and conforming patches where a contact carries."""
-    flags = lift_flags(lifts)
     near = table.nearest(run.x)
-    steels = {"wing": scene.materials.wing.steel(), "nose": scene.materials.nose.steel()}
     for b, body in enumerate(BODIES):
         loaded = run.force[b] > 0.1 * scene.static_wheel_load
         if not loaded.any():
@@ -143,83 +105,66 @@ def hertz_flags(
         if asymmetry.max() > MOST_ASYMMETRY:
             i = int(np.argmax(asymmetry))
             share = float((asymmetry > MOST_ASYMMETRY).sum() / loaded.sum())
-            flags.append(
-                flag(
-                    "edge",
-                    f"{body}: the contact lies beside the middle of its patch on {share:.0%} of the loaded path, by up"
-                    f" to {asymmetry[i]:.0%} of the half-width: Hertz' patch and pressure are a guess",
-                    f"x = {run.x[i] * 1e3:.0f} mm",
-                )
+            yield flag(
+                "edge",
+                f"{body}: the contact lies beside the middle of its patch on {share:.0%} of the loaded path, by up to"
+                f" {asymmetry[i]:.0%} of the half-width: Hertz' patch and pressure are a guess",
+                run.x[i],
             )
-        flags += _plastic(body, steels[body], patches)
-        flags += _conformal(body, table, patches)
-    return flags
+        yield from _plastic(scene, body, patches)
+        yield from _conformal(body, table, patches)
 
 
-def bem_flags(scene: Scene, patches: tuple[PatchSummary, ...], lifts: tuple[int, float]) -> list[Flag]:
+def bem_flags(scene: Scene, patches: tuple[PatchSummary, ...]) -> Iterator[Flag]:
     """Plastic flow, and that a half-space knows no edge."""
-    flags = lift_flags(lifts)
-    for body, steel in (("wing", scene.materials.wing.steel()), ("nose", scene.materials.nose.steel())):
+    for body in BODIES:
         if any(p.region == body for p in patches):
-            flags += _plastic(body, steel, patches)
-    flags.append(
-        flag(
-            "edges",
-            "the half-space goes on beyond the running edges of wing and nose: near them true contacts are softer and"
-            " pressures higher",
-        )
+            yield from _plastic(scene, body, patches)
+    yield flag(
+        "edges",
+        "the half-space goes on beyond the running edges of wing and nose: near them true contacts are softer and"
+        " pressures higher",
     )
-    return flags
 
 
-def law_flags(contacts: Sequence[SolvedContact], load: float) -> list[Flag]:
+def law_flags(contacts: Sequence[SolvedContact], load: float) -> Iterator[Flag]:
     """Bodies on which the law, solved under `load` [N], is not that of the gap under the pass' own forces: one flag a
     body, of its largest force that is so."""
     off = [c for c in contacts if c.force > load and abs(c.of_law / c.solved - 1) > MOST_APPROACH]
-    worst = [max(mine, key=lambda c: c.force) for body in BODIES if (mine := [c for c in off if c.body == body])]
-    return [
-        flag(
+    for c in (max(mine, key=lambda c: c.force) for body in BODIES if (mine := [c for c in off if c.body == body])):
+        yield flag(
             "contact law",
             f"{c.body}: under {c.force / 1e3:.0f} kN the gap gives way by {c.solved * 1e6:.0f} um, the law through"
             f" {load / 1e3:.0f} kN by {c.of_law * 1e6:.0f} um: the force is too"
             f" {'large' if c.of_law < c.solved else 'small'}",
-            f"x = {c.x * 1e3:.0f} mm",
+            c.x,
         )
-        for c in worst
-    ]
 
 
-def _plastic(body: str, steel, patches: tuple[PatchSummary, ...]) -> list[Flag]:
-    mine = [p for p in patches if p.region == body]
-    worst = max(mine, key=lambda p: p.max_pressure)
-    limit = FIRST_YIELD * float(steel.yield_stress(np.array(0.0)))
-    if worst.max_pressure <= limit:
-        return []
-    return [
-        flag(
+def _plastic(scene: Scene, body: str, patches: tuple[PatchSummary, ...]) -> Iterator[Flag]:
+    worst = max((p for p in patches if p.region == body), key=lambda p: p.max_pressure)
+    limit = FIRST_YIELD * float(getattr(scene.materials, body).steel().yield_stress(np.array(0.0)))
+    if worst.max_pressure > limit:
+        yield flag(
             "plastic",
             f"{body}: elastic pressure {worst.max_pressure / 1e6:.0f} MPa is {worst.max_pressure / limit:.2g} times"
             " that of first yield: true pressure is less, true patch larger, the contact softer",
-            f"x = {worst.x * 1e3:.0f} mm",
+            worst.x,
         )
-    ]
 
 
-def _conformal(body: str, table: ContactTable, patches: tuple[PatchSummary, ...]) -> list[Flag]:
+def _conformal(body: str, table: ContactTable, patches: tuple[PatchSummary, ...]) -> Iterator[Flag]:
     b = BODIES.index(body)
-    mine = [p for p in patches if p.region == body]
     shares = [
         (max(p.length / 2 / table.radii[b, i, 0], p.width / 2 / table.radii[b, i, 1]), p)
-        for p in mine
+        for p in patches
+        if p.region == body
         for i in table.nearest([p.x])
     ]
     share, patch = max(shares, key=lambda pair: pair[0])
-    if share <= LARGEST_SHARE:
-        return []
-    return [
-        flag(
+    if share > LARGEST_SHARE:
+        yield flag(
             "not a half-space",
             f"{body}: the patch's semi-axis is {share:.0%} of the relative radius: its surroundings are no half-space",
-            f"x = {patch.x * 1e3:.0f} mm",
+            patch.x,
         )
-    ]

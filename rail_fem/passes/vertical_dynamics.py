@@ -11,7 +11,9 @@ height under the wheel, which moves on along it.
 Source: Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), section II.1.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
@@ -27,6 +29,9 @@ from rail_fem.contact.contact_law import (
     lagging,
 )
 from rail_fem.passes.beam_kernel import BeamBand, band_solve, band_times, height_under, load_at
+
+if TYPE_CHECKING:
+    from rail_fem.passes.track_beam import TrackBeam
 
 SPRUNG, WHEEL, TRACK = range(3)  # of the masses of a pass
 CLOSED = 1e-15  # to which s is found [m]
@@ -46,13 +51,13 @@ class Masses(NamedTuple):
     coupling: np.ndarray
 
 
-class VerticalMotion(NamedTuple):
-    """What came out, at the m + 1 ends of the steps but for `force`.
+class PassMotion(NamedTuple):
+    """What came out of m steps, at their m + 1 ends but for `force` and the works.
 
-    position, velocity : (m + 1, n) [m, m/s];  force : (bodies, m) mean over each step [N]
-    path_work : (m,) work of each step done by moving the path under the wheel [J];
-    loss : (m,) work of each step in the dampers [J]
-    dent : (bodies, m + 1) plastic indentation that lags behind the force [m]; 0 where it does not lag
+    position, velocity : (m + 1, n) [m, rad; a second];  force : (c, m) of each contact, mean over each step [N]
+    path_work, loss : (m,) work of each step done by moving the path under the wheel, in the dampers [J]
+    dent : (c, m + 1) plastic indentation that lags behind the force [m]; 0 where it does not lag
+    friction : (m,) work of each step in creep [J]; None without creep
     beam_position, beam_velocity : (m + 1, k) of a beam's degrees of freedom; None without one
     """
 
@@ -62,6 +67,7 @@ class VerticalMotion(NamedTuple):
     path_work: np.ndarray
     loss: np.ndarray
     dent: np.ndarray
+    friction: np.ndarray | None = None
     beam_position: np.ndarray | None = None
     beam_velocity: np.ndarray | None = None
 
@@ -76,6 +82,24 @@ class BeamStart(NamedTuple):
     x: np.ndarray
 
 
+@njit(cache=True)
+def begun(q, v, contacts, steps, friction, beam_position, beam_velocity):
+    """A PassMotion that stands at q, v (n,), of so many contacts and steps."""
+    motion = PassMotion(
+        np.empty((steps + 1, len(q))),
+        np.empty((steps + 1, len(q))),
+        np.empty((contacts, steps)),
+        np.empty(steps),
+        np.empty(steps),
+        np.zeros((contacts, steps + 1)),
+        friction,
+        beam_position,
+        beam_velocity,
+    )
+    motion.position[0], motion.velocity[0] = q, v
+    return motion
+
+
 def integrate(
     masses: Masses,
     position: np.ndarray,
@@ -83,7 +107,7 @@ def integrate(
     step: float,
     law: ContactLaw,
     beam: BeamStart | None = None,
-) -> VerticalMotion:
+) -> PassMotion:
     """March from the start (n,), (n,) [m, m/s] over m steps of `step` [s], on a beam where one is given.
 
     Error: second order in the step (tests/rail_fem/test_vertical_dynamics.py).
@@ -134,12 +158,9 @@ def solve_distance(unloaded, compliance, height, law, out):
 def _march(masses, inverse, q, v, step, height, law, beam, u, w, x):
     coupling = masses.coupling
     steps = (height.shape[1] - 1) // 2
-    position, velocity = np.empty((steps + 1, len(q))), np.empty((steps + 1, len(q)))
-    force, path_work, loss = np.empty((height.shape[0], steps)), np.empty(steps), np.empty(steps)
-    now = np.empty(height.shape[0])
-    position[0], velocity[0] = q, v
-    dent, top, here = np.zeros((height.shape[0], steps + 1)), np.empty(height.shape[0]), law[:, 0].copy()
-    beam_position, beam_velocity = _beam_history(steps, u, w)
+    motion = begun(q, v, height.shape[0], steps, None, *_beam_history(steps, u, w))
+    now, top, here = np.empty(height.shape[0]), np.empty(height.shape[0]), law[:, 0].copy()
+    dent, loss = motion.dent, motion.loss
     reply = inverse @ coupling
     compliance = step / 2 * (coupling @ reply)
     before = after = 0.0
@@ -161,8 +182,8 @@ def _march(masses, inverse, q, v, step, height, law, beam, u, w, x):
         middle = still + reply * now.sum()
         q = q + step * middle
         v = 2 * middle - v
-        position[i + 1], velocity[i + 1] = q, v
-        force[:, i] = now
+        motion.position[i + 1], motion.velocity[i + 1] = q, v
+        motion.force[:, i] = now
         loss[i] = step * (middle @ (masses.damping @ middle))
         if beam is not None:
             beam_middle = beam_still - beam_reply * now.sum()
@@ -172,10 +193,10 @@ def _march(masses, inverse, q, v, step, height, law, beam, u, w, x):
             after = under - height_under(mean, x[2 * i + 2], beam)
             u = u + step * beam_middle
             w = 2 * beam_middle - w
-            beam_position[i + 1], beam_velocity[i + 1] = u, w
+            motion.beam_position[i + 1], motion.beam_velocity[i + 1] = u, w
             loss[i] += step * (beam_middle @ band_times(beam.damping, beam_middle))
-        path_work[i] = _path_work(s + before, s + after, height, dent, law, i)
-    return VerticalMotion(position, velocity, force, path_work, loss, dent, beam_position, beam_velocity)
+        motion.path_work[i] = _path_work(s + before, s + after, height, dent, law, i)
+    return motion
 
 
 @njit(cache=True)
@@ -208,3 +229,40 @@ def static_distance(load: float, law: ContactLaw) -> float:
         contact_forces(middle, height, at, out)
         low, high = (middle, high) if out.sum() > load else (low, middle)
     return (low + high) / 2
+
+
+class LinearSystem(Protocol):
+    """The linear part of what moves: mass (n,), stiffness (n, n), load (n,)."""
+
+    @property
+    def mass(self) -> np.ndarray: ...
+    @property
+    def stiffness(self) -> np.ndarray: ...
+    @property
+    def load(self) -> np.ndarray: ...
+
+
+def energy_columns(
+    system: LinearSystem, motion: PassMotion, contact: np.ndarray, beam: TrackBeam | None = None
+) -> dict[str, np.ndarray]:
+    """Energies (m,) [J] after each step. contact : (m + 1,) in the contacts at the ends of the steps [J]
+
+    external : weight and the motion over the path;  friction : taken by creep forces, < 0: given;  balance : what the
+    scheme loses, second order in the step.
+    """
+    q, v, summed = motion.position, motion.velocity, lambda work: np.r_[0.0, np.cumsum(work)]
+    parts = {
+        "kinetic": 0.5 * v**2 @ system.mass,
+        "springs": 0.5 * np.einsum("mi,ij,mj->m", q, system.stiffness, q),
+        "contact": contact,
+        "damping": summed(motion.loss),
+    }
+    if beam is not None:
+        parts["kinetic"] = parts["kinetic"] + beam.energy(beam.mass, motion.beam_velocity)
+        parts["springs"] = parts["springs"] + beam.energy(beam.stiffness, motion.beam_position)
+    if motion.friction is not None:
+        parts["friction"] = summed(motion.friction)
+    external = summed(motion.path_work) + (q - q[0]) @ system.load
+    balance = sum(parts.values()) - external
+    parts |= {"external": external, "balance": balance - balance[0]}
+    return {f"energy_{name}": values[1:] for name, values in parts.items()}

@@ -11,8 +11,8 @@ thesis, section 7.2.1.1).
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,11 +24,12 @@ from rail_fem.passes.vertical_dynamics import (
     WHEEL,
     BeamStart,
     Masses,
-    VerticalMotion,
+    PassMotion,
+    energy_columns,
     integrate,
     static_distance,
 )
-from rail_fem.result.events import OPEN, peak_at
+from rail_fem.result.events import peak_at
 from rail_fem.result.result import Peak
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.light import PassSettings
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from rail_fem.passes.track_beam import BeamMotion, TrackBeam
 
 Contacts = Callable[[np.ndarray], ContactLaw]  # wheel positions x (m,) [m] -> the law there
+March = Callable[..., "LightPass"]  # as run_pass
 
 MOST_STEPS = 20_000_000
 MOST_BEAM_VALUES = 2e8  # degrees of freedom times steps: 3 GB with positions and velocities
@@ -53,16 +55,20 @@ def _middles(at_ends: np.ndarray | None) -> np.ndarray:
 @dataclass(frozen=True)
 class LightPass:
     """A finished pass at the middles of its m steps: time (m,) [s], x (m,) [m], force (bodies, m) [N], and the motion
-    itself."""
+    itself, of a wheelset that of the wheel over the crossing.
+
+    energies : columns (m,) of the whole, worked out when asked for;  columns : (m,) that only what moves here has
+    """
 
     time: np.ndarray
     x: np.ndarray
     force: np.ndarray
-    motion: VerticalMotion
+    motion: PassMotion
     masses: Masses
     step: float
-    contact_energy: np.ndarray
+    energies: Callable[[], dict[str, np.ndarray]]
     beam: TrackBeam | None = None
+    columns: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def position(self) -> np.ndarray:
@@ -179,13 +185,14 @@ def run_pass(
     distance = motion.position @ masses.coupling
     if beam is not None:
         distance = distance - beam.heights(motion.beam_position, x[::2])
-    energy = contact_energies(distance, height[:, ::2] - motion.dent, laws[:, ::2])
+    stored = lambda: contact_energies(distance, height[:, ::2] - motion.dent, laws[:, ::2])
+    energies = lambda: energy_columns(masses, motion, stored(), beam)
     steps = motion.force.shape[1]
     # second contacts stand behind the bodies' first
     force = (
         motion.force if len(motion.force) <= len(BODIES) else motion.force.reshape(-1, len(BODIES), steps).sum(axis=0)
     )
-    return LightPass((np.arange(steps) + 0.5) * step, x[1::2], force, motion, masses, step, energy, beam)
+    return LightPass((np.arange(steps) + 0.5) * step, x[1::2], force, motion, masses, step, energies, beam)
 
 
 def beam_of(scene: Scene, settings: PassSettings) -> TrackBeam | None:
@@ -242,58 +249,25 @@ def history_rows(run: LightPass, interval: float) -> slice:
 
 
 def common_history(run: LightPass) -> dict[str, np.ndarray]:
-    """Columns (m,) of rail_fem.result.history that every light pass resolves; energies at the ends of the steps."""
-    position = run.position
+    """Columns (m,) of rail_fem.result.history that a light pass resolves whatever it touches; energies at the ends of
+    the steps."""
+    on_beam = {} if run.on_beam is None else {"bending_moment": run.on_beam.moment, "foot_stress": run.on_beam.stress}
     return {
         "time": run.time,
         "x": run.x,
         "force": run.force.sum(axis=0),
-        "wheel_height": position[:, WHEEL],
+        "wheel_height": run.position[:, WHEEL],
         "crossing_height": run.track_height,
-        **beam_columns(run),
-        **energy_columns(run),
+        **on_beam,
+        **run.energies(),
+        **run.columns,
     }
-
-
-def beam_columns(run: LightPass) -> dict[str, np.ndarray]:
-    """Columns (m,) of a beam on bearers under the wheel; none on a rigid mass."""
-    return {} if run.on_beam is None else {"bending_moment": run.on_beam.moment, "foot_stress": run.on_beam.stress}
-
-
-def energy_columns(run: LightPass) -> dict[str, np.ndarray]:
-    """Energies (m,) [J] after each step. external: weight and the motion over the path; balance: what the scheme loses,
-    second order in the step."""
-    q, v, masses = run.motion.position, run.motion.velocity, run.masses
-    kinetic = 0.5 * (v**2) @ masses.mass
-    springs = 0.5 * np.einsum("mi,ij,mj->m", q, masses.stiffness, q)
-    if run.beam is not None:
-        kinetic = kinetic + run.beam.energy(run.beam.mass, run.motion.beam_velocity)
-        springs = springs + run.beam.energy(run.beam.stiffness, run.motion.beam_position)
-    external = np.r_[0.0, np.cumsum(run.motion.path_work)] + (q - q[0]) @ masses.load
-    damping = np.r_[0.0, np.cumsum(run.motion.loss)]
-    total = kinetic + springs + run.contact_energy + damping - external
-    columns = {
-        "energy_kinetic": kinetic,
-        "energy_springs": springs,
-        "energy_contact": run.contact_energy,
-        "energy_damping": damping,
-        "energy_external": external,
-        "energy_balance": total - total[0],
-    }
-    return {name: values[1:] for name, values in columns.items()}
 
 
 def foundation_peak(run: LightPass) -> Peak:
     """Largest force on the foundation's spring."""
     forces = {"time": run.time, "x": run.x, "foundation": run.foundation_force}
     return peak_at(forces, "foundation", int(np.argmax(run.foundation_force)))
-
-
-def lift_offs(run: LightPass, static_load: float) -> tuple[int, float]:
-    """How often the wheel lifts off, and for how long in all [s]."""
-    lifted = run.force.sum(axis=0) < OPEN * static_load
-    starts = np.count_nonzero(np.diff(np.r_[False, lifted].astype(int)) == 1)
-    return int(starts), float(lifted.sum() * run.step)
 
 
 def step_error(fine: LightPass, coarse: LightPass) -> float:
@@ -309,11 +283,15 @@ def force_change(run: LightPass, other: LightPass) -> float:
     return float(np.linalg.norm(one - two) / np.linalg.norm(one))
 
 
-def beam_errors(scene: Scene, settings: PassSettings, contacts: Contacts, run: LightPass) -> dict[str, float]:
-    """Relative L2 change of the force history by elements of twice the length, and by half more track on both sides;
-    none on a rigid mass."""
-    if scene.bearers is None:
-        return {}
-    changes = {"beam_element": 2 * settings.beam_element, "beam_reach": 1.5 * settings.beam_reach}
-    again = {name: settings.model_copy(update={name: value}) for name, value in changes.items()}
-    return {name: force_change(run, run_pass(scene, changed, contacts)) for name, changed in again.items()}
+def run_with_errors(
+    scene: Scene, settings: PassSettings, contacts: Contacts, march: March = run_pass
+) -> tuple[LightPass, dict[str, float]]:
+    """A pass, and by passes beside it its relative error: of the step by twice the step; on bearers the force's change
+    by elements of twice the length, and by half more track on both sides."""
+    run = march(scene, settings, contacts)
+    errors = {"time_step": step_error(run, march(scene, settings, contacts, 2 * run.step))}
+    if scene.bearers is not None:
+        changes = {"beam_element": 2 * settings.beam_element, "beam_reach": 1.5 * settings.beam_reach}
+        again = {name: settings.model_copy(update={name: value}) for name, value in changes.items()}
+        errors |= {name: force_change(run, march(scene, changed, contacts)) for name, changed in again.items()}
+    return run, errors

@@ -23,6 +23,7 @@ import numpy as np
 from geometry.hermite import cubic_between
 from kernel_cache import njit
 from rail_fem.contact.contact_law import contact_energy, contact_force, first_dents, follow, lagging
+from rail_fem.passes.vertical_dynamics import PassMotion, begun
 
 SPRUNG_LEFT, SPRUNG_RIGHT, HEIGHT, ROLL, LATERAL, YAW, TRACK_LEFT, TRACK_RIGHT = range(8)
 MOST_ITERATIONS = 100
@@ -72,25 +73,12 @@ class WheelsetSystem(NamedTuple):
     curvature: float = 0.0
 
 
-class WheelsetMotion(NamedTuple):
-    """position, velocity (m + 1, 8); force (c, m) in each step's middle [N]; works of each step (m,) [J]: of the path
-    on the contacts, dampers, creep; dent (c, m + 1) that lags behind the force [m]."""
-
-    position: np.ndarray
-    velocity: np.ndarray
-    force: np.ndarray
-    path_work: np.ndarray
-    loss: np.ndarray
-    friction: np.ndarray
-    dent: np.ndarray
-
-
 Values = TypeVar("Values", WheelsetContacts, WheelsetSystem)
 
 
 def march(
     system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray, velocity: np.ndarray, step: float
-) -> WheelsetMotion:
+) -> PassMotion:
     """From the start (8,), (8,) over all steps of `step` [s]. Error: second order in the step
     (tests/rail_fem/test_wheelset_dynamics.py).
 
@@ -280,26 +268,13 @@ def _creep(q, v, t, contacts, rolling, speed, curvature, force, into, stiff):
 
 @njit(cache=True)
 def _march(system, contacts, q, v, step):
-    """WheelsetMotion from q, v (8,), and the step that did not close, -1: none."""
+    """PassMotion from q, v (8,), and the step that did not close, -1: none."""
     mass, damper, rolling, (clearance, check) = system.mass, system.damping, system.rolling_radius, system.stop
     count, steps = len(contacts.side), (contacts.contact_y.shape[1] - 1) // 2
-    motion = WheelsetMotion(
-        np.zeros((steps + 1, 8)),
-        np.zeros((steps + 1, 8)),
-        np.zeros((count, steps)),
-        np.zeros(steps),
-        np.zeros(steps),
-        np.zeros(steps),
-        np.zeros((count, steps + 1)),
-    )
-    motion.position[0], motion.velocity[0] = q, v
-    now, normal_load, stiff, creep_load, slip = (
-        np.zeros(count),
-        np.zeros(8),
-        np.zeros((8, 8)),
-        np.zeros(8),
-        np.zeros((2, 8, 8)),
-    )
+    friction = np.zeros(steps)
+    motion = begun(q, v, count, steps, friction, None, None)
+    now, normal_load, creep_load = np.zeros(count), np.zeros(8), np.zeros(8)
+    stiff, slip = np.zeros((8, 8)), np.zeros((2, 8, 8))
     held, dent = np.diag(1.0 - system.free_dofs), motion.dent
     level, top, here = np.zeros(count), np.zeros(count), contacts.law[:, 0].copy()
     _normal(q, 0, contacts, here, top, rolling, clearance, check, now, normal_load, stiff)
@@ -334,7 +309,7 @@ def _march(system, contacts, q, v, step):
         follow(dent, i, now, contacts.law[:, t], step)
         after = _energy(at, t + 1, contacts, dent[:, i + 1], rolling, clearance, check)
         motion.path_work[i] = after - _energy(at, t - 1, contacts, dent[:, i], rolling, clearance, check)
-        motion.loss[i], motion.friction[i] = step * (middle @ (damper @ middle)), -step * (middle @ creep_load)
+        motion.loss[i], friction[i] = step * (middle @ (damper @ middle)), -step * (middle @ creep_load)
         motion.force[:, i] = now
         q, v = q + step * middle, 2 * middle - v
         motion.position[i + 1], motion.velocity[i + 1] = q, v

@@ -10,7 +10,7 @@ stiffness with the lateral position, plastic indentation in the stock rail, the 
 wheel.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,9 +20,9 @@ from geometry.path.path_search import BodySearch
 from geometry.path.wheel_path import rolling_radius
 from geometry.surfaces.bodies import BODIES
 from rail_fem.contact.contact_law import ContactLaw
-from rail_fem.contact.contact_table import ContactTable, contact_table, patch_sizes
+from rail_fem.contact.contact_table import ContactTable, contact_table
 from rail_fem.passes.lateral_equilibrium import lateral_equilibrium
-from rail_fem.passes.vertical_dynamics import VerticalMotion, static_distance
+from rail_fem.passes.vertical_dynamics import PassMotion, energy_columns, static_distance
 from rail_fem.passes.vertical_pass import Contacts, LightPass, half_steps, scene_masses
 from rail_fem.passes.wheelset_dynamics import (
     HEIGHT,
@@ -34,7 +34,6 @@ from rail_fem.passes.wheelset_dynamics import (
     TRACK_RIGHT,
     YAW,
     WheelsetContacts,
-    WheelsetMotion,
     WheelsetSystem,
     march,
     potential,
@@ -51,15 +50,6 @@ LEAST_RATIO, MOST_RATIO = 0.05, 20.0  # of a patch's semi-axes for which Kalker'
 
 
 @dataclass(frozen=True)
-class WheelsetPass:
-    """The pass as the light models know it, of the wheel over the crossing, and what the wheelset adds to its histories
-    (m,)."""
-
-    light: LightPass
-    columns: dict[str, np.ndarray]
-
-
-@dataclass(frozen=True)
 class Surfaces:
     """Tables of the wheel at lateral positions shift (k,) [m] over the crossing, the same on plain line, and plain
     line's height there (k,) [m]."""
@@ -68,6 +58,12 @@ class Surfaces:
     over: tuple[ContactTable, ...]
     plain: tuple[ContactTable, ...]
     level: np.ndarray
+
+    @property
+    def centred(self) -> ContactTable:
+        """The table of the centred wheel; what all searches cost, kept from another scene or not, is in it."""
+        cost = sum(table.search_time for table in self.over + self.plain)
+        return replace(self.over[len(self.over) // 2], search_time=cost)
 
 
 def centred(scene: Scene) -> Scene:
@@ -101,8 +97,8 @@ def surfaces_of(scene: Scene, settings: RigidHertzSettings) -> Surfaces:
 
 
 def run_wheelset(
-    scene: Scene, settings: RigidHertzSettings, contacts: Contacts, surfaces: Surfaces, step: float | None = None
-) -> WheelsetPass:
+    surfaces: Surfaces, scene: Scene, settings: RigidHertzSettings, contacts: Contacts, step: float | None = None
+) -> LightPass:
     """March over the window. contacts : law of wing and nose for the centred wheel. Errors: ValueError,
     FloatingPointError."""
     step, x = half_steps(scene, settings, step)
@@ -260,9 +256,7 @@ def creep_coefficients(scene: Scene, table: ContactTable, body: int) -> np.ndarr
     shear = 2 / sum(2 * (1 + steel.poisson) / steel.youngs_modulus for steel in (rail, wheel))
     found = np.zeros((len(table.x), 2))
     for i in np.flatnonzero(table.stiffness[body] > 0):
-        along, across = patch_sizes(
-            np.array([scene.static_wheel_load]), table.radii[body, i : i + 1], table.modulus[body]
-        )[0]
+        along, across = table.semi_axes(body, i, scene.static_wheel_load)
         kalker = coefficients(float(np.clip(along / across, LEAST_RATIO, MOST_RATIO)), poisson)
         found[i] = shear * along * across * np.array([kalker.c11, kalker.c22])
     return found
@@ -327,47 +321,21 @@ def diverging_start(
 
 
 def as_light(
-    scene: Scene, system: WheelsetSystem, contacts: WheelsetContacts, motion: WheelsetMotion, x: np.ndarray, step: float
-) -> WheelsetPass:
-    """The left wheel's pass, and the wheelset's own columns."""
-    arm, q, v = datum_arm(scene), motion.position, motion.velocity
+    scene: Scene, system: WheelsetSystem, contacts: WheelsetContacts, motion: PassMotion, x: np.ndarray, step: float
+) -> LightPass:
+    """The left wheel's pass, with the wheelset's energies and its own columns."""
+    arm, middle = datum_arm(scene), (motion.position[1:] + motion.position[:-1]) / 2
     of_left = lambda a: np.stack([a[:, SPRUNG_LEFT], a[:, HEIGHT] + arm * a[:, ROLL], a[:, TRACK_LEFT]], axis=1)
-    energy = potential(system, contacts, q, motion.dent)
-    light = LightPass(
-        (np.arange(len(motion.path_work)) + 0.5) * step,
-        x[1::2],
-        motion.force[:2],
-        VerticalMotion(of_left(q), of_left(v), motion.force[:2], motion.path_work, motion.loss, motion.dent[:2]),
-        scene_masses(scene),
-        step,
-        energy,
-    )
-    middle = (q[1:] + q[:-1]) / 2
     clearance, stiffness = system.stop
-    past = middle[:, LATERAL] + system.rolling_radius * middle[:, ROLL] - clearance
-    checked = {"force_check": stiffness * np.maximum(past, 0.0)} if np.isfinite(clearance) else {}
-    columns = {
-        "force_other": motion.force[2],
-        **checked,
-        "wheel_lateral": middle[:, LATERAL] + system.rolling_radius * middle[:, ROLL],
-        "wheel_roll": middle[:, ROLL],
-        "wheel_yaw": middle[:, YAW],
-        **energy_columns(system, motion, energy),
-    }
-    return WheelsetPass(light, columns)
-
-
-def energy_columns(system: WheelsetSystem, motion: WheelsetMotion, contact: np.ndarray) -> dict[str, np.ndarray]:
-    """Energies (m,) [J] of the whole wheelset after each step, as light_pass.energy_columns; friction: work taken by
-    creep forces (< 0: given)."""
-    q, v, summed = motion.position, motion.velocity, lambda work: np.r_[0.0, np.cumsum(work)]
-    parts = {
-        "kinetic": 0.5 * v**2 @ system.mass,
-        "springs": 0.5 * np.einsum("mi,ij,mj->m", q, system.stiffness, q),
-        "contact": contact,
-        "damping": summed(motion.loss),
-        "friction": summed(motion.friction),
-        "external": summed(motion.path_work) + (q - q[0]) @ system.load,
-    }
-    balance = sum(values for name, values in parts.items() if name != "external") - parts["external"]
-    return {f"energy_{name}": values[1:] for name, values in (parts | {"balance": balance - balance[0]}).items()}
+    across = middle[:, LATERAL] + system.rolling_radius * middle[:, ROLL]
+    columns = {"force_other": motion.force[2]}
+    if np.isfinite(clearance):
+        columns["force_check"] = stiffness * np.maximum(across - clearance, 0.0)
+    columns |= {"wheel_lateral": across, "wheel_roll": middle[:, ROLL], "wheel_yaw": middle[:, YAW]}
+    left = motion._replace(
+        position=of_left(motion.position), velocity=of_left(motion.velocity), force=motion.force[:2],
+        dent=motion.dent[:2],
+    )  # fmt: skip
+    energies = lambda: energy_columns(system, motion, potential(system, contacts, motion.position, motion.dent))
+    time = (np.arange(len(motion.path_work)) + 0.5) * step
+    return LightPass(time, x[1::2], left.force, left, scene_masses(scene), step, energies, columns=columns)

@@ -38,7 +38,7 @@ def two_free_masses(speed: float, stiffness: float) -> tuple[LightPass, SimpleNa
     velocity = np.vstack([motion.velocity[:1], falling.velocity])
     motion = falling._replace(force=force, velocity=velocity)
     time = (np.arange(force.shape[1]) + 0.5) * step
-    light = LightPass(time, time * 30.0, force, motion, masses, step, np.zeros(0))
+    light = LightPass(time, time * 30.0, force, motion, masses, step, dict)
     x = np.array([-1.0, 1.0])
     table = SimpleNamespace(x=x, slope=np.zeros((2, 2)), stiffness=np.full((2, 2), stiffness))
     return light, table

@@ -129,4 +129,4 @@ def test_a_law_that_its_own_patches_contradict_is_flagged():
     assert (
         told["reason"].startswith("wing: under 240 kN") and "300 um" in told["reason"] and "too large" in told["reason"]
     )
-    assert not law_flags([line._replace(force=70e3)], 80e3)
+    assert not [*law_flags([line._replace(force=70e3)], 80e3)]

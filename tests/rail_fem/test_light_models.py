@@ -122,7 +122,7 @@ def test_contacts_beside_their_patch_are_flagged_and_those_in_its_middle_are_not
             radii=np.full((2, 5, 2), 0.4),
         )
         patches = (PatchSummary(0.0, 0.0, 0.0, "wing", 1e-2, 1e-2, 8e-5, 1e5, 1e8),)
-        found[name] = [flag for flag in hertz_flags(scene, table, run, patches, (0, 0.0)) if flag["what"] == "edge"]
+        found[name] = [flag for flag in hertz_flags(scene, table, run, patches) if flag["what"] == "edge"]
     assert (
         not found["middle"]
         and len(found["beside"]) == 1

@@ -11,6 +11,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.contact.contact_table import contact_table
 from rail_fem.models import rigid_hertz
 from rail_fem.passes.plastic_indentation import contacts_of
+from rail_fem.passes.vertical_dynamics import energy_columns
 from rail_fem.passes.vertical_pass import run_pass
 from rail_fem.passes.wheelset_dynamics import (
     HEIGHT,
@@ -23,14 +24,7 @@ from rail_fem.passes.wheelset_dynamics import (
     march,
     potential,
 )
-from rail_fem.passes.wheelset_pass import (
-    datum_arm,
-    energy_columns,
-    start_of,
-    surfaces_of,
-    wheelset_contacts,
-    wheelset_system,
-)
+from rail_fem.passes.wheelset_pass import datum_arm, start_of, surfaces_of, wheelset_contacts, wheelset_system
 from tests.order import assert_order
 
 ROOT = Path(__file__).resolve().parents[2]
