@@ -19,7 +19,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from rail_fem.fe.condensed_body import RIGID, Condensed
-from rail_fem.fe.elastic_kernels import add_velocity_of_functions, work_on_functions
+from rail_fem.fe.elastic_kernels import Modes, add_functions, kick_modes, rates_of_functions, work_on_functions
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import RigidGroup
 
@@ -41,10 +41,11 @@ class ElasticGroup(RigidGroup):
     dissipated: float = 0.0
 
     STATE: ClassVar[tuple[str, ...]] = (*RigidGroup.STATE, "amplitude", "rate", "dissipated")
-    SCRATCH: ClassVar[tuple[str, ...]] = ("work",)
+    SCRATCH: ClassVar[tuple[str, ...]] = ("work", "rates", "pressed", "push")
 
     def __post_init__(self) -> None:
-        self.work = np.zeros(self.body.functions.shape[2])  # of the elements' forces on each function [N]
+        # of the elements' forces on each function [N], and how fast each moves [m/s]
+        self.work, self.rates = np.zeros((2, self.body.functions.shape[2]))
         self.size = len(self.work)  # type: ignore[misc]
 
     def join(self, structure: Structure, local: np.ndarray) -> None:
@@ -59,11 +60,12 @@ class ElasticGroup(RigidGroup):
         self.inertia = mass
         square, modes = eigh(body.stiffness, mass)
         kept = square < FASTEST**2
-        square, self.modes = square[kept], modes[:, kept]
-        self.frequencies = np.sqrt(np.maximum(square, 0.0))  # with the rigid motion held [rad/s]
-        self.of_functions = np.ascontiguousarray(self.modes[: self.size])
-        self.momentum = body.momentum @ self.modes + momentum @ self.of_functions
-        self.amplitude, self.rate = np.zeros((2, len(square)))
+        square, self.modes = np.maximum(square[kept], 0.0), modes[:, kept]
+        self.frequencies = np.sqrt(square)  # with the rigid motion held [rad/s]
+        of_functions = np.ascontiguousarray(self.modes[: self.size])
+        b = body.momentum @ self.modes + momentum @ of_functions
+        self.decoupled = Modes(of_functions, square, 2 * self.damping_ratio * self.frequencies, b, b @ b.T)
+        self.amplitude, self.rate, self.pressed, self.push = np.zeros((4, len(square)))
         self.behind = self.modes.T @ body.mass @ self.modes, body.momentum @ self.modes
 
     def pack(self, force: np.ndarray, mine: np.ndarray) -> None:
@@ -89,40 +91,36 @@ class ElasticGroup(RigidGroup):
     def frequency(self) -> float:  # type: ignore[override]
         """Of the fastest mode, the rigid motion free where it is [rad/s]."""
         free = [c for c in range(3) if self.free[c] and self.mass > 0]
-        b = self.momentum[free]
+        b = self.decoupled.momentum[free]
         mass = np.block([[self.mass * np.eye(len(free)), b], [b.T, np.eye(len(self.rate))]])
         stiffness = np.diag(np.r_[np.zeros(len(free)), self.frequencies**2])
         return float(np.sqrt(eigh(stiffness, mass, eigvals_only=True)[-1]))
 
     def bend(self, v: np.ndarray) -> None:
-        add_velocity_of_functions(v, self.nodes, self.functions, self.of_functions @ self.rate)
+        rates_of_functions(self.decoupled, self.rate, self.rates)
+        add_functions(self.nodes, self.functions, self.rates, v)
 
     def rigid_functions(self, points: np.ndarray) -> np.ndarray:
-        """The first six functions (3 n, 6), motions of a rigid body, at points (n, 3) [m]."""
-        return self.body.at(points - self.origin)[:, :RIGID]
+        """Motions of a rigid body at points (n, 3) [m] (3 n, 9): the first six functions, and along x, y, z."""
+        along = np.tile(np.eye(3), (len(points), 1))
+        return np.ascontiguousarray(np.hstack([self.body.at(points - self.origin)[:, :RIGID], along]))
 
     @property
     def rigid_rates(self) -> np.ndarray:
-        """(6,) rates of those [m/s]."""
-        return self.of_functions[:RIGID] @ self.rate
+        """(9,) rates of those [m/s]."""
+        rates_of_functions(self.decoupled, self.rate, self.rates)
+        return np.r_[self.rates[:RIGID], self.velocity]
 
     def kick(self, upwards: float, dt: float, across: float = 0.0) -> None:
-        pressed = self.work @ self.of_functions
-        damping = 2 * self.damping_ratio * self.frequencies * self.rate
-        push = pressed - self.frequencies**2 * self.amplitude - damping
-        free = [c for c in range(3) if self.free[c] and self.mass > 0]
+        own, old = self.mass, self.velocity.copy()
+        mass = np.where(self.free, (own, own + self.lateral_mass, own), 0.0) if own > 0 else np.zeros(3)
         force = self.reaction + self.load + (0.0, across, upwards)
-        b = self.momentum[free]
-        mass = np.diag([self.mass + (self.lateral_mass if c == 1 else 0.0) for c in free]) - b @ b.T
-        rigid = np.linalg.solve(mass, force[free] - b @ push) if free else np.zeros(0)
-        change, old = dt * (push - b.T @ rigid), self.velocity.copy()
-        self.velocity[free] += dt * rigid
-        self.dissipated += dt * float(damping @ (self.rate + 0.5 * change))
+        moving = self.work, self.amplitude, self.rate, self.velocity
+        kicked = kick_modes(self.decoupled, *moving, force, self.reaction, mass, dt, self.pressed, self.push)
+        self.dissipated += kicked.dissipated
         self.load_work += dt * float(self.load @ (0.5 * (self.velocity + old)))
-        self.rate += change
         if self.structure.domain.comm.rank == 0:  # the nodes were kicked with the velocity before
-            changed = float(pressed @ change + self.reaction @ (self.velocity - old))
-            self.structure.works[1] -= 0.5 * dt * changed
+            self.structure.works[1] -= 0.5 * dt * kicked.changed
 
     def drift(self, dt: float) -> None:
         super().drift(dt)

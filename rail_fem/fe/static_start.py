@@ -26,6 +26,7 @@ from rail_fem.fe.contact.surface import ContactSurfaces
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.dynamics_part import DynamicsPart
 from rail_fem.fe.elastic_group import ElasticGroup
+from rail_fem.fe.elastic_kernels import add_functions
 from rail_fem.fe.pass_supports import loaded_stiffness
 from rail_fem.fe.passage import Passage, start_velocities
 from rail_fem.fe.state import LINEAR_VISCOSITY, QUADRATIC_VISCOSITY
@@ -104,13 +105,11 @@ class _GoingAlong(DynamicsPart):
 
     def join(self, structure: Structure) -> None:
         held, _ = structure.domain.local_nodes(self.group.input_nodes, owned_only=False)
-        own = np.setdiff1d(np.flatnonzero(self.nodes), held)
-        self.place = structure.x.reshape(-1, 3)
-        self.own, self.along = own, self.group.rigid_functions(structure.domain.reference.reshape(-1, 3)[own])
+        self.place, self.own = structure.x, np.setdiff1d(np.flatnonzero(self.nodes), held)
+        self.along = self.group.rigid_functions(structure.domain.reference.reshape(-1, 3)[self.own])
 
     def drift(self, dt: float) -> None:
-        velocity = (self.along @ self.group.rigid_rates).reshape(-1, 3) + self.group.velocity
-        self.place[self.own] += dt * velocity
+        add_functions(self.own, self.along, dt * self.group.rigid_rates, self.place)
 
 
 def _with_even_steps(structure: Structure) -> Structure:
