@@ -119,7 +119,7 @@ def condensed_behind(
     found, at = _traces(Solid(mesh, steel, density, degree), mesh, faces, radius)
     highest_power = max(d for d in range(1, DEGREE + 1) if ROOM * comb(d + 3, 3) <= len(at))
     powers = np.array([p for p in product(range(DEGREE + 1), repeat=3) if sum(p) <= highest_power])
-    functions = _functions(terms_at(powers, length, at), found)
+    functions = _functions(terms_at(powers, length, at), _rigid_terms(powers, length, at.mean(axis=0)), found)
     rest = part_of(mesh, ~in_sector)
     solid = Solid(rest, steel, density, degree)
     interface = solid.nodes_on(_renumbered(mesh, rest, faces))
@@ -144,8 +144,8 @@ def _renumbered(mesh: HexMesh, part: HexMesh, faces: np.ndarray) -> np.ndarray:
 
 
 def _traces(solid: Solid, mesh: HexMesh, faces: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements (n, 3, 6 + l) of the sector's boundary, six of a rigid body and those of the whole wheel under l
-    loads, and its nodes' positions (n, 3) [m]."""
+    """Displacements (n, 3, l) of the sector's boundary on the whole wheel under l loads, and its nodes' positions (n,
+    3) [m]."""
     at = solid.nodes_on(faces)
     held = solid.nodes_on(faces_among(mesh.cells, mesh.clamp))
     free = np.setdiff1d(np.arange(3 * len(solid.nodes)), (3 * held[:, None] + np.arange(3)).ravel())
@@ -160,23 +160,32 @@ def _traces(solid: Solid, mesh: HexMesh, faces: np.ndarray, radius: float) -> tu
     factor = Factor(solid.stiffness[free][:, free])
     answer[free] = factor(np.array(loads).T[free])
     factor.give_back()
-    found = answer.reshape(-1, 3, len(loads))[at]
-    points = solid.nodes[at]
-    arm = points - points.mean(axis=0)
-    turns = np.stack([np.cross(axis, arm) for axis in np.eye(3)], axis=2)
-    rigid = np.concatenate([np.tile(np.eye(3), (len(at), 1, 1)), turns], axis=2)
-    return np.concatenate([rigid, found], axis=2), points
+    return answer.reshape(-1, 3, len(loads))[at], solid.nodes[at]
 
 
-def _functions(table: np.ndarray, traces: np.ndarray) -> np.ndarray:
-    """Coefficients (k, 3, f) of functions that are orthonormal on the nodes of a table of terms (n, k), from traces
-    (n, 3, 6 + l): six of a rigid body, and as many of the others as leave less than LEAST."""
+def _rigid_terms(powers: np.ndarray, length: float, centre: np.ndarray) -> np.ndarray:
+    """Coefficients (k, 3, 6) of a rigid body's motions: along x, y, z and about the axes through a centre (3,) [m]."""
+    row = lambda power: int(np.flatnonzero((powers == power).all(axis=1))[0])
+    axes, found = np.eye(3), np.zeros((len(powers), 3, RIGID))
+    found[row((0, 0, 0)), :, :3] = axes
+    for k, axis in enumerate(axes):
+        found[row((0, 0, 0)), :, 3 + k] = -np.cross(axis, centre)
+        for along in axes:
+            found[row(along), :, 3 + k] = length * np.cross(axis, along)
+    return found
+
+
+def _functions(table: np.ndarray, rigid: np.ndarray, traces: np.ndarray) -> np.ndarray:
+    """Coefficients (k, 3, f) of functions that are orthonormal on the nodes of a table of terms (n, k): six of a rigid
+    body, from its own (k, 3, 6), and of traces (n, 3, l) as many as leave less than LEAST.
+
+    A motion of a rigid body is one off these nodes, too: terms that are others' sums on the surface are not mixed in.
+    """
     terms = np.stack([np.linalg.lstsq(table, traces[:, c], rcond=1e-4)[0] for c in range(3)], axis=1)
-    fitted = np.einsum("nk,kcf->ncf", table, terms).reshape(3 * len(table), -1)
-    turn = np.linalg.inv(np.linalg.qr(fitted[:, :RIGID])[1])
-    rigid, left = terms[:, :, :RIGID] @ turn, fitted[:, :RIGID] @ turn
-    share = left.T @ fitted[:, RIGID:]
-    shapes, size, mix = np.linalg.svd(fitted[:, RIGID:] - left @ share, full_matrices=False)
+    on_nodes = lambda coefficients: np.einsum("nk,kcf->ncf", table, coefficients).reshape(3 * len(table), -1)
+    turn = np.linalg.inv(np.linalg.qr(on_nodes(rigid))[1])
+    rigid, others = rigid @ turn, on_nodes(terms)
+    share = on_nodes(rigid).T @ others
+    _, size, mix = np.linalg.svd(others - on_nodes(rigid) @ share, full_matrices=False)
     kept = size > LEAST * size[0]
-    others = (terms[:, :, RIGID:] - rigid @ share) @ (mix[kept].T / size[kept])
-    return np.concatenate([rigid, others], axis=2)
+    return np.concatenate([rigid, (terms - rigid @ share) @ (mix[kept].T / size[kept])], axis=2)

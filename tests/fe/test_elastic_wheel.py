@@ -79,6 +79,17 @@ def test_energy_in_flight_is_kept(scene, bodies):
     assert abs(now["lumped_kinetic"] - start["lumped_kinetic"]) > 1e-3
 
 
+def test_the_first_six_functions_of_a_base_are_motions_of_a_rigid_body_beside_it_too():
+    """What goes along with them does not deform: six parameters hold them at points of the sector, 3 mm from the
+    tread, to round-off of terms of fifth power."""
+    points = np.random.default_rng(5).uniform((-0.1, -0.06, 0.003), (0.1, 0.06, 0.06), (20, 3))
+    turns = [np.cross(axis, points).ravel() for axis in np.eye(3)]
+    motions = np.column_stack([np.tile(np.eye(3), (len(points), 1)), *turns])
+    functions = coarse_wheel().at(points)[:, :6]
+    left = functions - motions @ np.linalg.lstsq(motions, functions, rcond=None)[0]
+    assert np.abs(left).max() < 1e-11 * np.abs(functions).max()
+
+
 def test_the_wheel_at_rest_has_given_way_as_far_as_its_base_is_pressed(scene, bodies):
     """Modes at rest under the elements' forces, but for the lean that goes on when the load is carried; by Clapeyron
     the base's part of the approach is twice its energy over the load."""
