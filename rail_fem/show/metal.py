@@ -12,6 +12,7 @@ from rail_fem.result.result import PassResult
 from rail_fem.scene.units import engineering, in_digits
 
 CUBIC_MM = 1e9
+LEAST_DIGITS, MOST_DIGITS = 2, 4  # of a number beside its bars
 
 
 def amount(value: float, unit: str, digits: int = 4) -> str:
@@ -21,13 +22,24 @@ def amount(value: float, unit: str, digits: int = 4) -> str:
     return f"{in_digits(value * CUBIC_MM, digits)} mm3" if unit == "m^3" else engineering(value, unit, digits)
 
 
-def with_bar(result: PassResult, name: str, digits: int = 4) -> str:
+def with_bar(result: PassResult, name: str) -> str:
     """A reported quantity with its error bar, where the run claims one."""
     quantity = REPORTED[name]
     value, bar = quantity.of(result), result.error_bars.get(name, math.nan)
+    digits = digits_beside(result, name, value)
     if math.isnan(value) or math.isnan(bar):
         return amount(value, quantity.unit, digits)
     return f"{amount(value, quantity.unit, digits)} +- {amount(bar, quantity.unit, 2)}"
+
+
+def digits_beside(result: PassResult, name: str, value: float) -> int:
+    """Of a number beside its bars, which have two: the widest bar's last place is the number's."""
+    bars = (abs(bar) for bar in (result.error_bars.get(name, math.nan), result.form_bar(name)))
+    widest = max((bar for bar in bars if np.isfinite(bar)), default=0.0)
+    if not widest or not value or math.isnan(value):
+        return MOST_DIGITS
+    places = math.floor(math.log10(abs(value))) - math.floor(math.log10(widest)) + 2
+    return min(max(places, LEAST_DIGITS), MOST_DIGITS)
 
 
 def metal_rows(result: PassResult) -> list[tuple[str, str, str]]:

@@ -1,6 +1,5 @@
 """What the terminal shows: a result, or how far the run in a folder is."""
 
-import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,11 +14,10 @@ from rail_fem.result.low_pass import CUTOFFS, filtered_peak
 from rail_fem.result.quantities import FORCES, REPORTED, impact_pressure
 from rail_fem.result.result import Cost, PassResult, load
 from rail_fem.scene.units import engineering, show
-from rail_fem.show.metal import amount, metal_rows
+from rail_fem.show.metal import MOST_DIGITS, amount, digits_beside, metal_rows
 from rail_fem.show.passes import passes_rows
 
 MOST_FLIGHTS = 5  # that are told
-LEAST_DIGITS, MOST_DIGITS = 2, 4  # of a headline
 BEARER_HEADS = ("bearer", "x [mm]", "pad [kN]", "uplift [kN]", "ballast [kN]", "down [mm]", "")
 
 
@@ -52,7 +50,7 @@ def headlines(result: PassResult) -> list[Headline]:
             f"y = {show(peak.y, shown, 4)}" if np.isfinite(peak.y) else "",
             f"in an element of {show(peak.size, shown, 2)}" if np.isfinite(peak.size) else "",
         )
-        value = amount(peak.value, peak.unit, _digits(result, name, peak.value))
+        value = amount(peak.value, peak.unit, digits_beside(result, name, peak.value))
         found.append(Headline(name, value, *_bars(result, name, peak.unit), ", ".join(filter(None, where))))
     found += [
         Headline(
@@ -66,29 +64,19 @@ def headlines(result: PassResult) -> list[Headline]:
         if (low := filtered_peak(result, cutoff)) is not None
     ]
     place = result.transfer_x
-    changes = "none" if np.isnan(place) else f"x = {amount(place, 'm', _digits(result, 'transfer_x', place))}"
+    changes = "none" if np.isnan(place) else f"x = {amount(place, 'm', digits_beside(result, 'transfer_x', place))}"
     found.append(Headline("transfer from wing to nose", changes, *_bars(result, "transfer_x", "m"), ""))
     if not np.isnan(pressure := impact_pressure(result)):
         bars = _bars(result, "impact_pressure", "Pa")
         found.append(
             Headline(
                 "mean pressure at the first impact",
-                amount(pressure, "Pa", _digits(result, "impact_pressure", pressure)),
+                amount(pressure, "Pa", digits_beside(result, "impact_pressure", pressure)),
                 *bars,
                 "of contact, weighted by force",
             )
         )
     return found
-
-
-def _digits(result: PassResult, name: str, value: float) -> int:
-    """Of a number beside its bars, which have two: the widest bar's last place is the number's."""
-    bars = (abs(bar) for bar in (result.error_bars.get(name, np.nan), result.form_bar(name)))
-    widest = max((bar for bar in bars if np.isfinite(bar)), default=0.0)
-    if not widest or not value:
-        return MOST_DIGITS
-    places = math.floor(math.log10(abs(value))) - math.floor(math.log10(widest)) + 2
-    return min(max(places, LEAST_DIGITS), MOST_DIGITS)
 
 
 def _bars(result: PassResult, name: str, unit: str) -> tuple[str, str]:

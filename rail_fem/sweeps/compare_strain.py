@@ -35,7 +35,7 @@ def strain_table(comparison: Comparison) -> str:
 def _value(comparison: Comparison, result: PassResult, part: str, quantity: str) -> str:
     if part not in result.metal:
         return _missing(result, part)
-    shown = with_bar(result, f"{quantity}_{part}", 3)
+    shown = with_bar(result, f"{quantity}_{part}")
     path, x = common_path(result, comparison.reference), result.metal[part]["block"][0]
     return shown if quantity == "integral" or path.holds(x) else f"({shown})"
 
