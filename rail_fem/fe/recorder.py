@@ -31,7 +31,7 @@ class Recorder:
     def beam(self) -> np.ndarray:
         """(rows, 2, n) position and velocity of a beam on bearers at each row, joined when asked for."""
         n = 0 if self.passage.track is None else len(self.passage.track.position)
-        return np.array(self._beam).reshape(-1, 2, n)
+        return np.array(self._beam).reshape(len(self._beam), 2, n)
 
     @beam.setter
     def beam(self, rows: np.ndarray) -> None:
