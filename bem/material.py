@@ -47,6 +47,11 @@ class Elastic:
         return self.young / (2 * (1 + self.poisson))
 
     @property
+    def bulk(self) -> float:
+        """Bulk modulus K [Pa]."""
+        return self.young / (3 * (1 - 2 * self.poisson))
+
+    @property
     def kolosov(self) -> float:
         """Kolosov's constant of plane strain, 3 - 4 nu."""
         return 3 - 4 * self.poisson

@@ -109,16 +109,17 @@ def original_cells(mesh) -> np.ndarray:
     return np.asarray(mesh.topology.original_cell_index)
 
 
-def quadratic_triangle_mesh(comm, cells: np.ndarray, points: np.ndarray):
-    """A mesh of 6-node triangles (m, 6) in dolfinx order with nodes (n, 2) [m], for plane problems on one rank."""
+def plane_mesh(comm, cells: np.ndarray, points: np.ndarray, shape: str, degree: int):
+    """A mesh of plane cells (m, k) in dolfinx order with nodes (n, 2) [m], on one rank; shape "triangle" or
+    "quadrilateral", its sides of a degree."""
     try:
         import basix.ufl
 
-        domain = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
+        domain = basix.ufl.element("Lagrange", shape, degree, shape=(2,))
     except ImportError:
         import ufl
 
-        domain = ufl.Mesh(ufl.VectorElement("Lagrange", ufl.Cell("triangle", geometric_dimension=2), 2))
+        domain = ufl.Mesh(ufl.VectorElement("Lagrange", ufl.Cell(shape, geometric_dimension=2), degree))
     return create_mesh(comm, cells, points, domain)
 
 
@@ -134,6 +135,23 @@ def lagrange_vectors(mesh, degree: int):
 
         element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), degree, dim=dimension)
     return function_space(mesh, element)
+
+
+def vectors_at_points(mesh, degree: int, count: int):
+    """The space of `count` numbers at each Gauss point of the rule of a degree, and these points (p, d) of a cell."""
+    import basix
+
+    name = mesh.ufl_cell().cellname()
+    points, _ = basix.make_quadrature(basix.cell.string_to_type(name), degree)
+    try:
+        import basix.ufl
+
+        element = basix.ufl.quadrature_element(name, value_shape=(count,), degree=degree)
+    except ImportError:
+        import ufl
+
+        element = ufl.VectorElement("Quadrature", mesh.ufl_cell(), degree, dim=count, quad_scheme="default")
+    return function_space(mesh, element), points
 
 
 def evaluate(expression, mesh, cells: np.ndarray) -> np.ndarray:

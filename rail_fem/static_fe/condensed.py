@@ -19,9 +19,9 @@ from scipy.spatial import cKDTree
 
 from bem.material import Elastic
 from geometry.meshing.hexmesh import HexMesh
-from rail_fem.fe.compat import PETSc, SLEPc, create_hexahedral_mesh, lagrange_vectors
+from rail_fem.fe.compat import PETSc, SLEPc, create_hexahedral_mesh, fem, lagrange_vectors
 from rail_fem.fe.domain import VTK_TO_DOLFINX
-from rail_fem.static_fe.solid_stiffness import assembled, elastic_stress
+from rail_fem.static_fe.small_strain import assembled
 
 FIRST_MODES = 32  # looked for at first, twice as many as long as all of them lie below the limit
 
@@ -49,6 +49,15 @@ class Solid:
             return np.unique(cKDTree(self.nodes).query(corner.reshape(-1, 3))[1])
         at = [corner, (corner + np.roll(corner, 1, axis=1)) / 2, corner.mean(axis=1, keepdims=True)]
         return np.unique(cKDTree(self.nodes).query(np.concatenate(at, axis=1).reshape(-1, 3))[1])
+
+
+def elastic_stress(u, material: Elastic, mesh):
+    """Stress of a displacement as a form."""
+    shear = material.young / (2 * (1 + material.poisson))
+    lame = 2 * shear * material.poisson / (1 - 2 * material.poisson)
+    shear, lame = (fem.Constant(mesh, float(value)) for value in (shear, lame))
+    strain = ufl.sym(ufl.grad(u))
+    return 2 * shear * strain + lame * ufl.tr(strain) * ufl.Identity(mesh.geometry.dim)
 
 
 class Factor:

@@ -15,9 +15,10 @@ from functools import cached_property
 
 import numpy as np
 
-from bem.exact.subsurface import von_mises_plane
 from bem.plane.body import Body
-from rail_fem.static_fe.plane_strain import Fineness, PlaneBody, PlaneStrainError
+from bem.steel.hardening import Hardening
+from rail_fem.static_fe.plane_strain import Fineness, PlaneBody
+from rail_fem.static_fe.small_strain import SmallStrainError
 
 GAUSS = np.polynomial.legendre.leggauss(4)
 
@@ -43,8 +44,7 @@ class PlaneContact:
 
     def von_mises(self) -> tuple[np.ndarray, np.ndarray]:
         """Points (p, 2) [m] in the fixed body and von Mises stress (p,) [Pa] there."""
-        points, stress = self.fixed.stress(self.fixed_displacement)
-        return points, von_mises_plane(stress, self.fixed.body.material.poisson)
+        return self.fixed.von_mises(self.fixed_displacement)
 
 
 def shapes(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -69,12 +69,12 @@ def face_within(body: PlaneBody, window: tuple[float, float]) -> np.ndarray:
     x = body.nodes[:, 0]
     edges = body.edges[(x[body.edges].min(axis=1) >= window[0]) & (x[body.edges].max(axis=1) <= window[1])]
     if not len(edges):
-        raise PlaneStrainError(f"no edge of the face lies in the window {window} m: move or widen it")
+        raise SmallStrainError(f"no edge of the face lies in the window {window} m: move or widen it")
     if x[edges[0, 0]] > x[edges[0, 2]]:
         edges = edges[::-1, ::-1]
     along = x[edges]
     if (along[:, 2] <= along[:, 0]).any() or (edges[1:, 0] != edges[:-1, 2]).any():
-        raise PlaneStrainError(f"the face is no function of x in the window {window} m: narrow it")
+        raise SmallStrainError(f"the face is no function of x in the window {window} m: narrow it")
     return edges
 
 
@@ -168,9 +168,12 @@ class PressedBodies:
     yielded: np.ndarray
 
     @classmethod
-    def build(cls, fixed: Body, moving: Body, fineness: Fineness, window: tuple[float, float]) -> PressedBodies:
-        """Arguments as of solve_plane_contact."""
-        below, above = PlaneBody(fixed, fineness), PlaneBody(moving, fineness)
+    def build(
+        cls, fixed: Body, moving: Body, fineness: Fineness, window: tuple[float, float],
+        hardening: Hardening | None = None,
+    ) -> PressedBodies:  # fmt: skip
+        """Arguments as of solve_plane_contact; hardening : of the fixed body."""
+        below, above = PlaneBody(fixed, fineness, hardening), PlaneBody(moving, fineness)
         upper = face_within(above, window)
         # the lower face is taken a little wider than the window, so that it lies below all of the upper one
         margin = 3 * fineness.coarse

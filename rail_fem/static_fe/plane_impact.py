@@ -12,17 +12,16 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse.linalg import splu
 
 from bem.dynamic.impact import Carriage, Striker, TangentialMotion
 from bem.dynamic.pivoting import FrictionalContact, NormalContact
 from bem.dynamic.schemes import TRAPEZOIDAL, Scheme
-from bem.exact.subsurface import von_mises_plane
 from bem.plane.body import Body
 from bem.plane.curve import Curve
 from bem.plane.pairing import smooth_gap
 from rail_fem.static_fe.plane_contact import GAUSS, face_within, shapes
-from rail_fem.static_fe.plane_strain import Fineness, PlaneBody, PlaneStrainError
+from rail_fem.static_fe.plane_strain import Fineness, PlaneBody
+from rail_fem.static_fe.small_strain import SmallStrainError, factor
 
 
 @dataclass(frozen=True)
@@ -46,8 +45,7 @@ class FiniteImpact:
 
     def von_mises(self, instant: int) -> tuple[np.ndarray, np.ndarray]:
         """Points (p, 2) [m] and von Mises stress (p,) [Pa] at an instant that was kept."""
-        points, stress = self.body.stress(self.displacement[instant])
-        return points, von_mises_plane(stress, self.body.body.material.poisson)
+        return self.body.von_mises(self.displacement[instant])
 
 
 class Hats(NamedTuple):
@@ -105,22 +103,22 @@ def finite_impact(
     """March a body under a striker along y; window (x_min, x_max) [m] of the face that may be touched; sliding : the
     striker's motion along x, with friction.
 
-    Raises PlaneStrainError for a scheme with weights between two instants, or a striker along another axis.
+    Raises SmallStrainError for a scheme with weights between two instants, or a striker along another axis.
     """
     if scheme.alpha_m or scheme.alpha_f or abs(striker.axis[0]) > 0:
-        raise PlaneStrainError("the reference takes schemes with the balance at the step's end, and strikers along y")
+        raise SmallStrainError("the reference takes schemes with the balance at the step's end, and strikers along y")
     plane = PlaneBody(body, fineness)
     edges = face_within(plane, window)
     hats = pressure_hats(plane, edges, striker_curves, reach)
     free, gap, x, count = plane.free, hats.gap, hats.x, len(hats.gap)
     mass, stiff = (matrix[free][:, free].tocsc() for matrix in (plane.mass(density), plane.stiffness()))
     k = scheme.after_u * step**2
-    factor = splu(mass + k * stiff, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    march = factor(mass + k * stiff, np.arange(len(free)))
     total = plane.displacement(hats.push).shape[0]
     both = [striker] if sliding is None else [striker, sliding.striker(striker.axis)]
     carriages = [Carriage(one, scheme, step) for one in both]
     push = (hats.push if sliding is None else np.hstack([hats.push, hats.drag]))[free]
-    answer = factor.solve(np.ascontiguousarray(push))  # acceleration per unit pressure and shear
+    answer = march.solve(np.ascontiguousarray(push))  # acceleration per unit pressure and shear
     # force on the striker, upward and to the right
     arm = np.column_stack([-push[free % 2 == one].sum(axis=0) for one in (1, 0)[: len(both)]])
     matrix = k * push.T @ answer
@@ -137,7 +135,7 @@ def finite_impact(
     for n in range(1, steps + 1):
         time = n * step
         star = u + step * v + scheme.before_u * step**2 * a
-        unloaded = -factor.solve(stiff @ star)
+        unloaded = -march.solve(stiff @ star)
         ahead = [carriage.predicted(one, time) for carriage, one in zip(carriages, at)]
         moved = push.T @ (star + k * unloaded) + arm @ ahead
         tractions = np.zeros(push.shape[1])

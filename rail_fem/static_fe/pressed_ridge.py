@@ -13,19 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.static_fe.axisymmetric import (
-    AxisymmetricBody,
-    AxisymmetricError,
-    YieldingSteel,
-    lined_block,
-    press_by_nodes,
-)
-from rail_fem.static_fe.pressed_sphere import graded
+from bem.material import Elastic
+from bem.steel.hardening import Hardening
+from rail_fem.static_fe.pressed_nodes import graded, lined_block, press_by_nodes, quadrilaterals
+from rail_fem.static_fe.small_strain import SmallStrainError
 
 FAR = 20.0  # half width and depth of the mesh over the largest half-width of contact
 FINE = 1.25  # of that half-width: the region of equal elements
 GROWTH = 1.15  # from one element to the next beyond
-REVOLUTION = 1e4  # radius of the body's axis over the mesh: plane strain
 
 
 @dataclass(frozen=True)
@@ -39,12 +34,12 @@ class Ridge:
 
     def __post_init__(self) -> None:
         if not (self.radius > 0 and 0 < self.flank < np.pi / 2 and self.fall > 0):
-            raise AxisymmetricError(
+            raise SmallStrainError(
                 f"ridge of radius {self.radius:g} m, flank {np.degrees(self.flank):g} degrees, fall {self.fall:g} m:"
                 " all must be positive, the flank below 90 degrees"
             )
         if np.isfinite(self.radius) and not np.isfinite(self.fall):
-            raise AxisymmetricError(f"ridge of radius {self.radius:g} m: give the fall from its crown to the level [m]")
+            raise SmallStrainError(f"ridge of radius {self.radius:g} m: give the fall from its crown to the level [m]")
 
     def height(self, x: np.ndarray) -> np.ndarray:
         """(n,) [m] below 0 at distances x (n,) >= 0 [m]."""
@@ -81,39 +76,39 @@ class PressedRidge:
 
 
 def press_ridge(
-    ridge: Ridge, curvature: float, half_width: float, across: int, steel: YieldingSteel, most_load: float = np.inf
-) -> PressedRidge:
+    ridge: Ridge, curvature: float, half_width: float, across: int, elastic: Elastic, hardening: Hardening,
+    most_load: float = np.inf,
+) -> PressedRidge:  # fmt: skip
     """Press until the contact has a half-width [m], by `across` elements over it, or carries `most_load` [N/m].
 
     curvature : of the gap, relative [1/m]
-    Raises AxisymmetricError where nodes pull or no equilibrium is found (a ridge that the load crushes: said with the
+    Raises SmallStrainError where nodes pull or no equilibrium is found (a ridge that the load crushes: said with the
     load reached).
     """
     line = graded(half_width / across, FINE * half_width, FAR * half_width, GROWTH)
-    origin, (x, depth, at, quads) = REVOLUTION * line[-1], lined_block(line)
+    x, depth, at, quads = lined_block(line)
     z = ridge.height(x) * (1 - depth / line[-1]) - depth
-    body = AxisymmetricBody(np.column_stack([origin + x, z]), quads, steel)
+    body = quadrilaterals(np.column_stack([x, z]), quads, elastic, hardening)
     surface, outer = 2 * at[:, 0] + 1, (2 * np.unique(np.r_[at[-1], at[:, -1]])[:, None] + [0, 1]).ravel()
-    gap, around = curvature * line**2 / 2, np.pi * origin  # half of the circumference: both halves of the section
+    gap = curvature * line**2 / 2
     spread = np.zeros(len(line))  # area of the surface that belongs to each node, per length
     spread[:-1] += np.diff(line) / 2
     spread[1:] += np.diff(line) / 2
-    area = body.weight.sum(axis=1) / around
-    points = body.points.mean(axis=1) - [origin, 0.0]
+    points = body.points.mean(axis=1)
     rows: list[tuple[float, ...]] = []
     strain = np.zeros(len(quads))
     try:
         for k, state in enumerate(press_by_nodes(body, surface, gap, np.union1d(2 * at[0], outer), across), 1):
-            pressure = -state.force[surface[:k]] / spread[:k] / (2 * np.pi * origin)
-            strain = state.answer.plastic.equivalent.mean(axis=1)
+            pressure = -state.force[surface[:k]] / spread[:k]
+            strain = state.answer.plastic.peeq[0].mean(axis=1)
             flowing = strain > 0
             deep = float((ridge.height(points[flowing, 0]) - points[flowing, 1]).max(initial=0.0))
-            load = -float(state.force[surface[: k + 1]].sum()) / around
-            rows.append((line[k], load, pressure.max(), deep, float(strain @ area), float(strain.max())))
+            load = -2 * float(state.force[surface[: k + 1]].sum())  # of both halves
+            rows.append((line[k], load, pressure.max(), deep, 2 * float(strain @ body.volumes), float(strain.max())))
             if load >= most_load:
                 break
-    except AxisymmetricError as fault:
+    except SmallStrainError as fault:
         reached = rows[-1][1] if rows else 0.0
-        raise AxisymmetricError(f"beyond a load of {reached:.3g} N/m: {fault}") from None
+        raise SmallStrainError(f"beyond a load of {reached:.3g} N/m: {fault}") from None
     half, load_of, largest, zone, integral, most = np.array(rows).T
     return PressedRidge(half, load_of, largest, zone, integral, most, points, strain)

@@ -14,13 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bem.material import Elastic
-from rail_fem.static_fe.axisymmetric import (
-    AxisymmetricBody,
-    AxisymmetricError,
-    YieldingSteel,
-    lined_block,
-    press_by_nodes,
-)
+from bem.steel.hardening import Hardening
+from rail_fem.static_fe.pressed_nodes import graded, lined_block, press_by_nodes, quadrilaterals
+from rail_fem.static_fe.small_strain import SmallStrainError
 
 FAR = 25.0  # radius and depth of the mesh over the largest radius of contact
 FINE = 1.25  # of that radius: the region of equal elements
@@ -74,14 +70,6 @@ def point_force(nodes: np.ndarray, elastic: Elastic) -> np.ndarray:
     return np.column_stack([outward, -down]) / (4 * np.pi * elastic.shear)
 
 
-def graded(size: float, fine: float, far: float, growth: float = GROWTH) -> np.ndarray:
-    """Positions from 0: equal steps of `size` up to `fine`, growing ones up to `far` [m]."""
-    equal = size * np.arange(int(np.ceil(fine / size)) + 1)
-    count = int(np.ceil(np.log1p((far - equal[-1]) / size * (growth - 1)) / np.log(growth)))
-    steps = size * growth ** np.arange(1, count + 1)
-    return np.r_[equal, equal[-1] + np.cumsum(steps)]
-
-
 def tributary_area(r: np.ndarray) -> np.ndarray:
     """Area (n,) [m^2] by which a pressure acts on each node of a surface of linear elements at radii r (n,)."""
     steps, area = np.diff(r), np.zeros(len(r))
@@ -90,17 +78,19 @@ def tributary_area(r: np.ndarray) -> np.ndarray:
     return 2 * np.pi * area
 
 
-def press_sphere(gap: Callable[[np.ndarray], np.ndarray], radius: float, across: int, steel: YieldingSteel) -> Pressed:
+def press_sphere(
+    gap: Callable[[np.ndarray], np.ndarray], radius: float, across: int, elastic: Elastic, hardening: Hardening
+) -> Pressed:
     """Press until the contact has a radius [m], by `across` elements over it, one node after the other.
 
     gap : radii (n,) [m] -> height (n,) of the sphere above its lowest point [m]
-    Raises AxisymmetricError where nodes pull, overlap, or no equilibrium is found.
+    Raises SmallStrainError where nodes pull, overlap, or no equilibrium is found.
     """
-    line = graded(radius / across, FINE * radius, FAR * radius)
+    line = graded(radius / across, FINE * radius, FAR * radius, GROWTH)
     r, depth, at, quads = lined_block(line)
-    body = AxisymmetricBody(np.column_stack([r, -depth]), quads, steel)
+    body = quadrilaterals(np.column_stack([r, -depth]), quads, elastic, hardening, revolved=True)
     edge = np.unique(np.r_[at[-1], at[:, -1]])
-    far = point_force(body.nodes[edge], steel.elastic)
+    far = point_force(body.nodes[edge], elastic)
     far[r[edge] == 0, 0] = 0.0
     outer, surface = (2 * edge[:, None] + [0, 1]).ravel(), 2 * at[:, 0] + 1
     height, carried = np.asarray(gap(line), float), tributary_area(line)
@@ -112,8 +102,8 @@ def press_sphere(gap: Callable[[np.ndarray], np.ndarray], radius: float, across:
         pressure[:k] = -state.force[surface[:k]] / carried[:k]
         above = state.displacement[surface[k + 1 :]] - (height[k + 1 :] - approach)
         if above.max() > 1e-6 * approach:
-            raise AxisymmetricError(f"radius {line[k]:.4g} m: a node beyond lies {above.max():.3g} m above the sphere")
-        strain = state.answer.plastic.equivalent.max()
+            raise SmallStrainError(f"radius {line[k]:.4g} m: a node beyond lies {above.max():.3g} m above the sphere")
+        strain = state.answer.plastic.peeq.max()
         rows.append((line[k], load, approach, pressure.max(), strain, len(state.mismatch) - 1))
     radii, loads, approaches, largest, strains, steps = np.array(rows).T
     return Pressed(radii, loads, approaches, largest, strains, steps, line, pressure)

@@ -27,8 +27,8 @@ from scipy.linalg import cho_factor, cho_solve
 
 from bem.patch import ContactInputError, Cost, Grid, Patch
 from rail_fem.static_fe.box_inverse import BoxInverse
+from rail_fem.static_fe.small_strain import solid
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone, LinedBlock, facing_blocks
-from rail_fem.static_fe.solid_stiffness import stiffness
 
 TOLERANCE = 1e-6  # of the preconditioned residual, to that of the unloaded start
 MOST_STEPS = 2000
@@ -90,7 +90,8 @@ class ElasticPair:
     def __init__(self, pair: BlockPair, lower: LinedBlock, upper: LinedBlock, pairs: NodePairs) -> None:
         self.pairs, self.first = pairs, 3 * len(lower.mesh.points)
         self.matrices = [
-            stiffness(block.mesh, steel) for block, steel in ((lower, pair.lower_steel), (upper, pair.upper_steel))
+            solid(block.mesh, steel).stiffness()
+            for block, steel in ((lower, pair.lower_steel), (upper, pair.upper_steel))
         ]
         self.inverses = [
             BoxInverse(block.x, block.s, block.z, steel)

@@ -78,7 +78,11 @@ def judge(contact: PlasticContact, size: float, steps: int, slope: float = 0.0) 
     fixed, moving = wheel_on_rail(STEEL.young)
     ends = sorted([patch.begin[0], patch.end[0]])
     found = PlasticPlaneContact(
-        fixed, moving, Fineness(positions, size, 8 * MM, 6 * MM), (ends[0] - 3 * MM, ends[1] + 3 * MM), YIELD, slope
+        fixed,
+        moving,
+        Fineness(positions, size, 8 * MM, 6 * MM),
+        (ends[0] - 3 * MM, ends[1] + 3 * MM),
+        Hardening.linear(YIELD, slope),
     )
     for k in range(1, steps + 1):
         found.go_to(LOAD * k / steps)
@@ -88,7 +92,7 @@ def judge(contact: PlasticContact, size: float, steps: int, slope: float = 0.0) 
 def on_cells(cells: Cells, step: PlasticPlaneStep) -> tuple[np.ndarray, np.ndarray]:
     """Von Mises stress and plastic strain (m,) of the finite elements, means over the cells' four points."""
     near = np.hypot(*(step.points - cells.centers.mean(axis=0)).T) < 3 * max(REGION)
-    table = np.column_stack([equivalent(step.stress), step.peeq])[near]
+    table = np.column_stack([step.von_mises, step.peeq])[near]
     values = LinearNDInterpolator(step.points[near], table)(cells.points())
     return tuple(np.nanmean(values.reshape(-1, 4, 2), axis=1).T)
 

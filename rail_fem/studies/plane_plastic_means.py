@@ -93,7 +93,7 @@ def of_elements(found: PlasticPlaneContact, window: Window, size: float) -> Samp
     second, third = cross(from_a, two) / cross(one, two), cross(one, from_a) / cross(one, two)
     share = np.stack([1 - second - third, second, third], axis=-1)
     read = lambda values: np.where(at >= 0, (values.reshape(-1, 3)[order][at] * share).sum(axis=-1), np.nan)
-    return Sampled(read(step.peeq), read(equivalent(step.stress)), float(step.peeq.max()), size)
+    return Sampled(read(step.peeq), read(step.von_mises), float(step.peeq.max()), size)
 
 
 def block_means(fields: Sequence[np.ndarray], side: float, width: float | None = None) -> tuple[np.ndarray, np.ndarray]:

@@ -18,10 +18,11 @@ import numpy as np
 import typer
 
 from bem.material import STEEL, Elastic, contact_modulus
+from bem.steel.hardening import Hardening
 from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
-from rail_fem.static_fe.axisymmetric import AxisymmetricError, YieldingSteel
 from rail_fem.static_fe.pressed_ridge import PressedRidge, Ridge, press_ridge
+from rail_fem.static_fe.small_strain import SmallStrainError
 from rail_fem.studies.harness import OUT, QUICK
 
 RIGID = Elastic(1e17, 0.3)
@@ -63,7 +64,13 @@ def pressed(ridge: Ridge, load: float, across: int) -> PressedRidge:
     expected = load / (2 * 2.5 * YIELD)
     room = 2.5 / SOFTEST
     return press_ridge(
-        ridge, CURVATURE, room * expected, int(np.ceil(room * across)), YieldingSteel(STEEL, YIELD, SLOPE), 1.02 * load
+        ridge,
+        CURVATURE,
+        room * expected,
+        int(np.ceil(room * across)),
+        STEEL,
+        Hardening.linear(YIELD, SLOPE),
+        1.02 * load,
     )
 
 
@@ -85,7 +92,7 @@ def rows_of(ratio: float, radii: list[float], sizes: list[int]) -> tuple[dict[st
         for size, flat in zip(sizes, flats):
             try:
                 one = pressed(Ridge(radius * depth, FLANK, FALL * depth), load, size)
-            except AxisymmetricError as fault:
+            except SmallStrainError as fault:
                 typer.echo(f"radius {radius:g} depths at {ratio:g} Y: {fault}", err=True)
                 found.append(dict.fromkeys(SHOWN, np.nan))
                 continue

@@ -26,7 +26,6 @@ from bem.steel.hardening import Hardening
 from rail_fem.result.extrapolation import limit_of
 from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
-from rail_fem.static_fe.axisymmetric import YieldingSteel
 from rail_fem.static_fe.pressed_sphere import Pressed, press_sphere
 from rail_fem.studies.harness import OUT, QUICK
 
@@ -110,7 +109,7 @@ def press(approach: float, across: int) -> Pressed:
     first = at_yield()
     w = BEYOND * max(approach, 1.0)
     radius = np.sqrt(max(w, 0.94 * w**1.146) * first.area / np.pi) * (1 + 0.4 / across)  # the edge lies inside
-    return press_sphere(lambda r: r**2 / (2 * RADIUS), radius, across, YieldingSteel(STEEL, YIELD))
+    return press_sphere(lambda r: r**2 / (2 * RADIUS), radius, across, STEEL, Hardening.linear(YIELD))
 
 
 def judge(runs: list[Pressed], approach: float, seconds: float = 0.0) -> Judged:

@@ -14,7 +14,8 @@ from bem.plane.internal import field_at
 from bem.plane.mesh import Sizing, Zone, mesh_outline
 from bem.plane.outline import block_behind
 from rail_fem.static_fe.plane_impact import finite_impact
-from rail_fem.static_fe.plane_strain import Fineness, PlaneStrainError
+from rail_fem.static_fe.plane_strain import Fineness
+from rail_fem.static_fe.small_strain import SmallStrainError
 
 MM, US = 1e-3, 1e-6
 RADIUS, DENSITY, SPEED, MASS = 0.3, 7800.0, 1.0, 300.0
@@ -85,12 +86,12 @@ def test_the_reference_keeps_its_energy(finite):
 def test_the_reference_refuses_what_it_does_not_take():
     block, cylinder = bodies()
     curves = cylinder.outline.edge_curves("face")
-    with pytest.raises(PlaneStrainError, match="schemes"):
+    with pytest.raises(SmallStrainError, match="schemes"):
         finite_impact(
             block, curves, striker(), DENSITY, STEP, 1, Fineness(np.zeros((1, 2)), MM, MM, 5 * MM), (-MM, MM),
             generalised_alpha(0.5),
         )  # fmt: skip
-    with pytest.raises(PlaneStrainError, match="along y"):
+    with pytest.raises(SmallStrainError, match="along y"):
         finite_impact(
             block, curves, Striker(mass=1.0, axis=(1.0, 0.0)), DENSITY, STEP, 1,
             Fineness(np.zeros((1, 2)), MM, MM, 5 * MM), (-MM, MM), TRAPEZOIDAL,

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from bem.material import STEEL, contact_modulus
-from rail_fem.static_fe.axisymmetric import AxisymmetricError, YieldingSteel
+from bem.steel.hardening import Hardening
 from rail_fem.static_fe.pressed_ridge import Ridge, press_ridge
+from rail_fem.static_fe.small_strain import SmallStrainError
 from rail_fem.studies.plastic_ridge import RIGID, panels, rows_of, table
 
-ELASTIC = YieldingSteel(STEEL, 1e15)
+ELASTIC = STEEL, Hardening.linear(1e15)
 CURVATURE = 10.0
 
 
@@ -17,7 +18,7 @@ def test_an_elastic_flat_is_hertz_line():
     order that two sizes show; limit pi E* b^2 / (4 R) to 1 %."""
     half = 1e-3
     exact = np.pi / 4 * contact_modulus(RIGID, STEEL) * CURVATURE * half**2
-    coarse, fine = (press_ridge(Ridge(), CURVATURE, half, count, ELASTIC).load[-1] / exact for count in (8, 16))
+    coarse, fine = (press_ridge(Ridge(), CURVATURE, half, count, *ELASTIC).load[-1] / exact for count in (8, 16))
     assert abs(1 - fine) < 0.6 * abs(1 - coarse) < 0.12
     assert 2 * fine - coarse == pytest.approx(1, abs=0.01)
 
@@ -27,7 +28,7 @@ def test_a_ridge_of_large_radius_is_the_flat_and_a_sharp_one_is_softer():
     makes the same half-width is smaller."""
     half = 1e-3
     flat, blunt, sharp = (
-        press_ridge(ridge, CURVATURE, half, 8, ELASTIC).load[-1]
+        press_ridge(ridge, CURVATURE, half, 8, *ELASTIC).load[-1]
         for ridge in (Ridge(), Ridge(0.5, fall=5e-3), Ridge(1e-3, fall=5e-3))
     )
     assert blunt == pytest.approx(flat, rel=0.01)
@@ -52,5 +53,5 @@ def test_what_is_no_ridge_is_refused_in_words():
         {"radius": 1e-3, "fall": np.nan},
         {"radius": 1e-3},
     ):
-        with pytest.raises(AxisymmetricError, match="ridge of radius"):
+        with pytest.raises(SmallStrainError, match="ridge of radius"):
             Ridge(**wrong)

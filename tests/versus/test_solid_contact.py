@@ -7,12 +7,14 @@ import pytest
 from bem.exact.hertz import point_contact
 from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import ContactInputError
+from bem.steel.hardening import Hardening
+from geometry.meshing.blocks import mesh_box
 from geometry.meshing.hexmesh import MeshError
 from rail_fem.result.extrapolation import extrapolated
 from rail_fem.static_fe.box_inverse import BoxInverse
+from rail_fem.static_fe.small_strain import HeldMotions, solid
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone, block, facing_blocks
 from rail_fem.static_fe.solid_contact import finite_patch
-from rail_fem.static_fe.solid_stiffness import stiffness
 
 WHEEL, RAIL, LOAD, HALF = 0.46, 0.30, 1e5, 0.08
 
@@ -29,6 +31,22 @@ def ellipse(lower_steel=STEEL) -> tuple[BlockPair, object]:
         lower_steel,
     )
     return pair, point_contact(LOAD, WHEEL, RAIL, contact_modulus(STEEL, lower_steel))
+
+
+def test_a_pulled_bar_of_solids_flows_along_its_curve():
+    """Uniaxial stress: s = Y + H p with p = e - s / E, so the end's force is that of s = (Y + H e) / (1 + H / E)."""
+    limit, slope, strain = 300e6, 5e9, 5e-3
+    bar = mesh_box((2.0, 1.0, 1.0), (2, 1, 1))
+    body = solid(bar, STEEL, Hardening.linear(limit, slope), mean_dilatation=True)
+    x, y, z = bar.points.T
+    end, still = 3 * np.flatnonzero(x == 2.0), [3 * np.flatnonzero(x == 0), 3 * np.flatnonzero(y == 0) + 1]
+    dofs = np.r_[np.concatenate([*still, 3 * np.flatnonzero(z == 0) + 2]), end]
+    held = HeldMotions.still(dofs, body.count)
+    held.target[-len(end) :] = 2.0 * strain
+    found = body.equilibrium(held, body.at_rest())
+    exact = (limit + slope * strain) / (1 + slope / STEEL.young)
+    assert found.force[end].sum() == pytest.approx(exact, rel=1e-9)
+    assert found.answer.plastic.peeq == pytest.approx(strain - exact / STEEL.young, rel=1e-9)
 
 
 def zone(exact, across: float) -> FineZone:
@@ -59,7 +77,7 @@ def test_a_linear_displacement_needs_no_inner_forces_on_a_warped_block():
         lambda x, s: 0.1 * x**2 - 0.3 * s, np.array([0, 1.0, 3]), np.array([-1.0, 0, 2, 3]), np.array([0, 1.0, 2]), "up"
     )
     gradient = np.array([[1e-3, 3e-4, 0], [2e-4, -5e-4, 1e-4], [0, 4e-4, 2e-4]])
-    force = (stiffness(mesh, STEEL) @ (mesh.points @ gradient.T).ravel()).reshape(-1, 3)
+    force = (solid(mesh, STEEL).stiffness() @ (mesh.points @ gradient.T).ravel()).reshape(-1, 3)
     inner = (mesh.points[:, 0] == 1) & np.isin(mesh.points[:, 1], [0, 2])
     inner &= np.bincount(mesh.cells.ravel()) == 8
     assert inner.any() and np.abs(force[inner]).max() < 1e-12 * np.abs(force).max()
