@@ -268,7 +268,7 @@ def march(square, limit, law, labels, rates, x, y, dx, direction, traction, slip
             cover = front + rear
             bound = limit[i, j] / cover
             own = rates[part, min(j, rates.shape[1] - 1)]
-            made = _step(qx, qy, position, centre, y[j], bound, share, laws[part], own)
+            made = spring_step(qx, qy, position, centre, y[j], bound, share, laws[part], own)
             if part == before:  # the step begins at the centre of the cell ahead, in whose half slip may begin
                 _end_slip(slip, ahead, j, qx, qy, made.slip)
             stick[i, j], slip[i, j, 0] = made.sticks, made.slip
@@ -276,7 +276,7 @@ def march(square, limit, law, labels, rates, x, y, dx, direction, traction, slip
             traction[i, j, 0], traction[i, j, 1] = qx * cover, qy * cover
             if not inside_behind and not made.sticks:  # on to the trailing edge, where nothing is carried
                 edge = x[i] - direction * rear * dx
-                last = _step(qx, qy, centre, edge, y[j], 0.0, share, laws[part], own)
+                last = spring_step(qx, qy, centre, edge, y[j], 0.0, share, laws[part], own)
                 _end_slip(slip, i, j, qx, qy, last.slip)
             position, before = centre, part
 
@@ -304,7 +304,7 @@ class _Step(NamedTuple):
 
 
 @njit(cache=True)
-def _step(qx, qy, position, centre, y, bound, share, law, rates):
+def spring_step(qx, qy, position, centre, y, bound, share, law, rates):
     """_Step from the traction and the friction at `position`."""
     length = abs(position - centre)
     across, along = y - rates[7], (position + centre) / 2 - rates[6]

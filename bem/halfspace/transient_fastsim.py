@@ -21,10 +21,12 @@ from typing import NamedTuple
 import numpy as np
 
 from bem.exact.kalker_table import coefficient_rows
-from bem.halfspace.fastsim import flexibilities
+from bem.halfspace.fastsim import flexibilities, spring_step
 from bem.material import Pair
 from bem.patch import ContactInputError
 from kernel_cache import njit
+
+COULOMB = 1.0, np.inf, 0.0  # SlipDependentFriction.law of a constant coefficient
 
 
 class EllipseHistory(NamedTuple):
@@ -93,20 +95,24 @@ def transient(
     counts = np.ceil((high - low) / cell - 1e-9).astype(int) + 1
     x, y = (start + size * (np.arange(count) + 0.5) for start, size, count in zip(low, cell, counts, strict=True))
     out = Rolled(np.zeros((len(load), 2)), np.zeros(len(load)), np.zeros(len(load)))
-    rates = np.concatenate([history.creepage / flexibility, history.creepage / sliding[:, None]], axis=1)
+    rates = np.zeros((len(load), 9))  # as of fastsim's march, about the centre
+    rates[:, :3], rates[:, 3:6], rates[:, 8] = (
+        history.creepage / flexibility,
+        history.creepage / sliding[:, None],
+        sliding,
+    )
     top = load / (np.pi * semi.prod(axis=1))
-    _roll(history.centre, semi, x, y, _Steps(top, friction, rates, sliding, keeps, step), law, out)
+    _roll(history.centre, semi, x, y, _Steps(top, friction, rates, keeps, step), law, out)
     return out
 
 
 class _Steps(NamedTuple):
-    """top : (n,) load over the ellipse's area [Pa];  rates : (n, 6) growth of the tractions in stick and in slip;
-    sliding : (n,) flexibility in slip [m/Pa];  keeps : (n,) factor on the tractions of before"""
+    """top : (n,) load over the ellipse's area [Pa];  rates : (n, 9) as of fastsim's march;  keeps : (n,) factor on the
+    tractions of before"""
 
     top: np.ndarray
     friction: float
     rates: np.ndarray
-    sliding: np.ndarray
     keeps: np.ndarray
     step: float
 
@@ -165,22 +171,12 @@ def _point(n, where, area, steps, law, traction, out):
     """One point, traction (2,), under the patch in step n. where : from the centre along and across, and of the leading
     edge along [m], and what is 1 in the middle, 0 at the edge;  area : that it stands for [m2]"""
     along, across, edge, inside = where
-    rates, top = steps.rates[n], steps.top[n]
+    top = steps.top[n]
     length = min(steps.step, edge - along)  # that it has been under the patch in this step
-    middle = along + length / 2
-    bound = 2.0 * steps.friction * top * inside
     qx, qy = traction[0] * steps.keeps[n], traction[1] * steps.keeps[n]
-    tx = qx - length * (rates[0] - rates[2] * across)
-    ty = qy - length * (rates[1] + rates[2] * middle)
-    size, slid = np.hypot(tx, ty), 0.0
-    if size > bound:
-        sx = qx - length * (rates[3] - rates[5] * across)
-        sy = qy - length * (rates[4] + rates[5] * middle)
-        whole = np.hypot(sx, sy)
-        if whole > bound:
-            tx, ty, slid = sx * bound / whole, sy * bound / whole, steps.sliding[n] * (whole - bound)
-        else:  # about to slide: by its one flexibility the point would not yet
-            tx, ty = tx * bound / size, ty * bound / size
+    bound = 2.0 * steps.friction * top * inside
+    made = spring_step(qx, qy, along + length, along, across, bound, 1.0, COULOMB, steps.rates[n])
+    tx, ty, slid = made.x, made.y, made.slip * length
     traction[0], traction[1] = tx, ty
     out.force[n, 0] += tx * area
     out.force[n, 1] += ty * area

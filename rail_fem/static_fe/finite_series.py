@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
@@ -13,7 +14,7 @@ from rail_fem.contact.patch_methods import MethodRow
 from rail_fem.processes.progress import duration
 from rail_fem.result.extrapolation import extrapolated
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone
-from rail_fem.static_fe.solid_contact import FinitePatch, Report, finite_patch
+from rail_fem.static_fe.solid_contact import FinitePatch, finite_patch
 
 WIDTH = 0.6  # of an element along s to that along x: patches end more bluntly across
 _GROWTH = 2.0  # growth of outer elements beyond 1, over the element's share of the half length
@@ -40,7 +41,7 @@ def zone_about(expected: Patch, size: float, width: float | None = None) -> Fine
 
 
 def finite_series(
-    pair: BlockPair, load: float, expected: Patch, sizes: list[float], report: Report | None = None
+    pair: BlockPair, load: float, expected: Patch, sizes: list[float], report: Callable[[str], None] | None = None
 ) -> list[FinitePatch]:
     """Patches of these element sizes [m], the coarsest first, each beginning from the one before.
 

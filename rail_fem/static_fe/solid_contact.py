@@ -33,11 +33,6 @@ from rail_fem.static_fe.solid_blocks import BlockPair, FineZone, LinedBlock, fac
 TOLERANCE = 1e-6  # of the preconditioned residual, to that of the unloaded start
 MOST_STEPS = 2000
 MOST_SETS = 40
-Report = Callable[[str], None]
-
-
-def _quiet(_: str) -> None:
-    """Tell nobody."""
 
 
 @dataclass
@@ -212,9 +207,7 @@ def _pressing(pair: ElasticPair, active: np.ndarray, residual: np.ndarray) -> np
     )
 
 
-def finite_patch(
-    pair: BlockPair, load: float, zone: FineZone, start: Patch | None = None, report: Report = _quiet
-) -> FinitePatch:
+def finite_patch(pair: BlockPair, load: float, zone: FineZone, start: Patch | None = None) -> FinitePatch:
     """The patch under a load [N] along h.
 
     start : a patch whose contact begins the search for the pressing pairs (of coarser elements); without it the overlap
@@ -228,9 +221,8 @@ def finite_patch(
     lower, upper, s = facing_blocks(pair, zone)
     pairs = NodePairs(lower, upper, s)
     elastic = ElasticPair(pair, lower, upper, pairs)
-    report(f"{(elastic.size - 1) // 3} nodes, {time.perf_counter() - began:.0f} s")
     first = _set_like(start, pairs) if start is not None else _overlapping(pairs, load, pair)
-    settled = _settle(elastic, first, load / 2, report, began)
+    settled = _settle(elastic, first, load / 2, began)
     pressure = (settled.force / pairs.area).reshape(len(pairs.x), len(s))
     grid, half = _fine_part(pairs, zone, pair.common, pressure)
     return FinitePatch(
@@ -279,7 +271,7 @@ class Settled(NamedTuple):
     sets: int
 
 
-def _settle(elastic: ElasticPair, active: np.ndarray, load: float, report: Report, began: float) -> Settled:
+def _settle(elastic: ElasticPair, active: np.ndarray, load: float, began: float) -> Settled:
     """The set of pairs that presses, from a first guess `active` (c,)."""
     unknowns, total = np.zeros(elastic.size), 0
     for count in range(1, MOST_SETS + 1):
@@ -290,10 +282,6 @@ def _settle(elastic: ElasticPair, active: np.ndarray, load: float, report: Repor
         opening = elastic.pairs.gap + elastic.opening @ unknowns
         wanted = np.where(active, force > 0, opening < -1e-5 * abs(unknowns[-1]))
         changed = int(np.count_nonzero(wanted != active))
-        report(
-            f"set {count}: {np.count_nonzero(active)} pairs press, {changed} to change, {steps} steps,"
-            f" {time.perf_counter() - began:.0f} s"
-        )
         if not changed:
             if not abs(force.sum() / load - 1) < 1e-3:
                 raise ArithmeticError(
