@@ -1,18 +1,11 @@
-"""A crossing from its own measured or drawn sections, and the rigid wheel's path over it. Axes: geometry.axes.
-
-Between two sections each body (wing, nose) keeps its shape beside its gauge face: the face's position and the heights
-at equal distances from it are linear in x. So a face that runs aslant stays sharp, where interpolation at equal y would
-smear it over its shift between sections.
-"""
+"""Sections of a crossing, measured or drawn, told apart into wing and nose. Axes: geometry.axes."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from geometry.profiles.formats.slices import RailSlices
-from geometry.profiles.profile import Profile, ProfileError
-from geometry.surfaces.bodies import NO_METAL
-from geometry.wheelset import check_range
+from geometry.profiles.profile import ProfileError
 
 FACE_DEPTH = 0.014  # below the section's own top, where a gauge face is placed [m]
 FLOOR = 0.025  # deeper than this between two bodies is a flangeway [m]
@@ -48,18 +41,6 @@ class SectionCrossing:
         body."""
         pairs = tracked([split(points, float(at)) for at, points in zip(x, sections)])
         return cls(np.asarray(x, float), tuple(wing for wing, _ in pairs), tuple(nose for _, nose in pairs))
-
-    def height(self, x: float, y: np.ndarray, body: str) -> np.ndarray:
-        """Heights (n,) [m] of "wing" or "nose" at one x and many y; NO_METAL beside it."""
-        bodies = self.wings if body == "wing" else self.noses
-        i = int(np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, len(self.x) - 2))
-        first, second = bodies[i], bodies[i + 1]
-        if first is None or second is None:
-            return np.full(len(y), NO_METAL)
-        t = (x - self.x[i]) / (self.x[i + 1] - self.x[i])
-        u = y - ((1 - t) * first.face + t * second.face)
-        low, high = (np.interp(u, b.u, b.z, left=NO_METAL, right=NO_METAL) for b in (first, second))
-        return np.where((low > NO_METAL) & (high > NO_METAL), (1 - t) * low + t * high, NO_METAL)
 
 
 def split(points: np.ndarray, x: float) -> tuple[SectionBody | None, SectionBody | None]:
@@ -114,74 +95,3 @@ def body_of(y: np.ndarray, z: np.ndarray, start: int, end: int) -> SectionBody:
         else float(y[start])
     )
     return SectionBody(face, y[low:end] - face, z[low:end])
-
-
-@dataclass(frozen=True, eq=False)
-class SectionPath:
-    """height (n,) of the axle over where it stands at `plain` [m]; on_nose (n,); point (n, 3) of contact."""
-
-    x: np.ndarray
-    height: np.ndarray
-    on_nose: np.ndarray
-    point: np.ndarray
-
-
-def section_path(
-    crossing: SectionCrossing,
-    wheel: Profile,
-    x: np.ndarray,
-    datum: float,
-    radius: float = 0.425,
-    plain: float = -0.9,
-    spacing: float = 2e-3,
-    lateral: float = 0.05e-3,
-    reach: float = 0.1,
-) -> SectionPath:
-    """Path of a rigid wheel, not yawed, with its tread datum at y = datum [m], over axle positions x (n,) [m].
-
-    spacing : of the cuts between which contact ahead and behind is looked for;  lateral : of the positions across [m]
-    Error: spacing^2 / (8 radius), 1.2 um, and slope times half of `lateral` at edges, on surfaces as interpolated
-    between the sections.
-    Raises ProfileError where x leaves the sections.
-    """
-    check_range(
-        "section_path",
-        (("radius", radius, 0.1, 1.0), ("spacing", spacing, 1e-4, 0.02), ("lateral", lateral, 1e-6, 1e-3)),
-    )
-    x = np.asarray(x, float)
-    if x.min() - reach < crossing.x[0] or x.max() + reach > crossing.x[-1]:
-        raise ProfileError(
-            f"path from x = {x.min():g} to {x.max():g} m with reach {reach:g} m leaves the sections, {crossing.x[0]:g}"
-            f" to {crossing.x[-1]:g} m"
-        )
-    s = np.arange(wheel.points[0, 0], wheel.points[-1, 0], lateral)
-    tread, y = wheel.height(s), s + datum
-    cuts = np.unique(
-        np.concatenate(
-            [
-                np.arange(x.min() - reach, x.max() + reach + spacing, spacing),
-                crossing.x[np.abs(crossing.x - x.mean()) < np.ptp(x) / 2 + reach],
-            ]
-        )
-    )
-    tops = np.array(
-        [[_top(crossing.height(c, y, body), tread) for body in ("wing", "nose")] for c in np.append(cuts, plain)]
-    )
-    height, which, at = np.empty(len(x)), np.empty(len(x), int), np.empty(len(x), int)
-    for k, here in enumerate(x):
-        near = np.flatnonzero(np.abs(cuts - here) <= reach)
-        rolling = radius - tread[tops[near, :, 1].astype(int)]
-        rise = rolling - np.sqrt(rolling**2 - (cuts[near, None] - here) ** 2)
-        best = int(np.argmax(tops[near, :, 0] - rise))
-        at[k], which[k] = near[best // 2], best % 2
-        height[k] = (tops[near, :, 0] - rise).ravel()[best]
-    position = tops[at, which, 1].astype(int)
-    point = np.column_stack([cuts[at], y[position], tops[at, which, 0] + tread[position]])
-    return SectionPath(x, height - tops[-1, 0, 0], which == 1, point)
-
-
-def _top(height: np.ndarray, tread: np.ndarray) -> tuple[float, int]:
-    """Highest of surface less tread, and its index."""
-    clear = np.where(height > NO_METAL, height - tread, NO_METAL)
-    best = int(np.argmax(clear))
-    return float(clear[best]), best

@@ -13,14 +13,14 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from geometry.axes import tread_datum_y
 from geometry.path.contact_band import PathNumbers, band_edges, clearance, path_numbers
 from geometry.path.wheel_path import WheelPath, wheel_path
 from geometry.profiles.formats.slices import read_slices
 from geometry.profiles.wheel import WHEEL_NAMES
 from geometry.surfaces.bodies import BODIES
 from geometry.surfaces.crossing import CastCrossing
-from geometry.surfaces.sections import SectionCrossing, section_path
+from geometry.surfaces.measured_crossing import MeasuredCrossing
+from geometry.surfaces.sections import SectionCrossing
 from rail_fem.scene.wheel_profile import wheel_shape
 from rail_fem.show.crossing_figure import GAUGE_DEPTH, outline
 from rail_fem.show.panels import Panel
@@ -41,8 +41,8 @@ REFERENCE = {
 }
 REASONS = """Differences to the reference (1:9.25): lift, lowest point, fall, rise and dip agree to 0.01 mm, 1 mm, 0.1,
 0.2 and 0.2 mrad. The steepest climb is here the slope of the path over the fitted surface, exact; there it was taken
-over the sections, 11 mm apart on the ramp, between which straight lines make it up to a fifth steeper (hollow wheel: 60
-here, 62 there, 68 over the sections by our own route). The hollow wheel has no dip in both; that it is carried on the
+over the sections, 11 mm apart on the ramp, which make it up to a fifth steeper (hollow wheel: 60 here, 62 there, 66 by
+this path over the sections). The hollow wheel has no dip in both; that it is carried on the
 wing to x = 518 mm is not found here: over the surface and over the sections alike the nose takes it at 447 mm, and at
 500 mm the wing is 3.9 mm clear of it."""
 COLUMNS = (
@@ -88,18 +88,22 @@ def shown_name(name: str) -> str:
 def against_sections(file: Path, paths: dict[str, WheelPath], radius: float) -> str:
     """Largest difference of the axle's height between a crossing's own sections and the parametric one, and both
     transfers."""
-    sections, rows = SectionCrossing.from_slices(read_slices(file)), [f"against the sections of {file.name}:"]
+    crossing, rows = MeasuredCrossing(SectionCrossing.from_slices(read_slices(file))), []
+    low, high = crossing.x_range
     for name, path in paths.items():
-        inside = (path.x > sections.x[0] + 0.1) & (path.x < min(sections.x[-1] - 0.1, 0.75))
+        inside = (path.x > low + 0.1) & (path.x < min(high - 0.1, 0.75))
         x = path.x[inside][::4]
-        own = section_path(sections, wheel_shape(name), x, tread_datum_y(), radius)
-        nose = x[np.argmax(own.on_nose)] if own.on_nose.any() else np.nan
+        own = wheel_path(wheel_shape(name), crossing, x, radius)
         rows.append(
             f"  {shown_name(name):<10} largest difference in height"
-            f" {np.abs(own.height - path.height[inside][::4]).max() / MM:.3f} mm, nose carries from {nose / MM:.0f} mm"
-            f" ({path.transfers[0] / MM:.0f} mm)"
+            f" {np.abs(own.height - path.height[inside][::4]).max() / MM:.3f} mm, nose carries from"
+            f" {_first_mm(own)} mm ({_first_mm(path)} mm)"
         )
-    return "\n".join(rows)
+    return "\n".join([f"against the sections of {file.name}:", *rows])
+
+
+def _first_mm(path: WheelPath) -> str:
+    return f"{path.transfers[0] / MM:.0f}" if len(path.transfers) else "none"
 
 
 def panels(crossing: CastCrossing, paths: dict[str, WheelPath], numbers: dict[str, PathNumbers]) -> list[Panel]:

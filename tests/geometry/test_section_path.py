@@ -1,17 +1,16 @@
-"""A crossing from its sections: exact where shapes only move aside, converging to the surface the sections were cut
+"""A crossing from its sections: exact on planes, converging to the surface the sections were cut
 from, and the benchmark's."""
 
 import numpy as np
 import pytest
 
-from geometry.axes import tread_datum_y
 from geometry.path.wheel_path import wheel_path
 from geometry.profiles.formats.slices import read_slices
 from geometry.profiles.profile import Profile, ProfileError, line
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
-from geometry.surfaces.sections import SectionCrossing, section_path
-from geometry.wheelset import WheelsetError
+from geometry.surfaces.measured_crossing import MeasuredCrossing, measured_crossing
+from geometry.surfaces.sections import SectionCrossing
 from tests.geometry.cut_sections import write_cut_sections
 from tests.outside import needs, outside
 
@@ -26,36 +25,25 @@ def block(face: float, top: float = 0.0) -> np.ndarray:
     )
 
 
-def test_a_face_that_runs_aslant_stays_sharp_between_its_sections():
-    crossing = SectionCrossing.from_points(np.array([0.0, 0.1]), [block(-35 * MM), block(-25 * MM, 1 * MM)])
-    y = np.array([-31.0, -29.95, 20.0, 80.0]) * MM
-    height = crossing.height(0.05, y, "wing")
-    assert height[1:3] == pytest.approx(0.5 * MM, abs=1e-12)
-    # 1 mm before the edge, face of 30 mm over 3 mm
-    assert height[0] == pytest.approx(0.5 * MM - 10 * 1 * MM, abs=1e-12)
-    assert height[3] == -1.0 and (crossing.height(0.05, y, "nose") == -1.0).all()
-
-
 def test_a_cylinder_on_a_ramp_of_sections_touches_ahead_of_its_axle():
-    """Ramp of slope a: the axle is R (sqrt(1 + a^2) - 1) above the ramp below it, as far as cuts 2 mm apart tell."""
-    x, slope = np.linspace(-1.0, 1.0, 21), 0.02
-    crossing = SectionCrossing.from_points(x, [block(-35 * MM, slope * at) for at in x])
-    wheel = Profile.from_pieces([line((-10 * MM, 0), (30 * MM, 0), 1 * MM)], "cylinder")
-    at = np.array([-0.4, 0.0, 0.333])
-    path = section_path(crossing, wheel, at, 0.0, plain=0.0)
-    assert path.height == pytest.approx(
-        slope * at + 0.425 * (np.sqrt(1 + slope**2) - 1), abs=(2 * MM) ** 2 / (8 * 0.425)
-    )
-    assert path.point[:, 0] - at == pytest.approx(0.425 * slope / np.sqrt(1 + slope**2), abs=1.01 * MM)
+    """Ramp of slope a: the axle is R (sqrt(1 + a^2) - 1) above the ramp below it, for planes between sections are
+    exact."""
+    x, slope, radius = np.linspace(0.0, 2.0, 21), 0.008, 0.425
+    crossing = measured_crossing(x, [block(-36 * MM, slope * at) for at in x])
+    wheel = Profile.from_pieces([line((-10 * MM, 0), (10 * MM, 0), 1 * MM)], "cylinder")
+    at = np.array([0.6, 1.0, 1.333])
+    path = wheel_path(wheel, crossing, at, radius)
+    rise = slope * (at - crossing.plain_x) + radius * (np.sqrt(1 + slope**2) - 1)
+    assert np.diff(path.height) == pytest.approx(np.diff(rise), abs=1e-9)
+    assert path.contact_point[:, 2] == pytest.approx(slope * path.contact_point[:, 0], abs=1e-9)
+    assert path.contact_point[:, 0] - at == pytest.approx(radius * slope / np.sqrt(1 + slope**2), abs=1e-6)
     assert not path.on_nose.any()
 
 
-def cut(crossing: CastCrossing, stations: np.ndarray) -> SectionCrossing:
+def cut(crossing: CastCrossing, stations: np.ndarray) -> MeasuredCrossing:
     y = np.arange(-60, 110, 0.05) * MM
     tops = lambda x: np.fmax(np.fmax(crossing.top_height(x, y, "wing"), crossing.top_height(x, y, "nose")), -55 * MM)
-    return SectionCrossing.from_points(
-        stations, [np.column_stack([y, np.nan_to_num(tops(x), nan=-55 * MM)]) for x in stations]
-    )
+    return measured_crossing(stations, [np.column_stack([y, np.nan_to_num(tops(x), nan=-55 * MM)]) for x in stations])
 
 
 @pytest.mark.parametrize("limits, gate", [((-0.80, -0.50), 0.02), ((0.20, 0.36), 0.01)])
@@ -65,8 +53,9 @@ def test_the_path_over_sections_converges_to_that_over_the_surface_they_were_cut
     exact = wheel_path(wheel, surface, x).height
     errors = []
     for spacing in (16 * MM, 4 * MM):
-        stations = np.concatenate([[-1.0, -0.95, -0.9], np.arange(limits[0] - 0.11, limits[1] + 0.12, spacing)])
-        errors.append(np.abs(section_path(cut(surface, stations), wheel, x, tread_datum_y()).height - exact).max())
+        before, about = np.arange(-1.0, limits[0] - 0.11, 0.05), np.arange(limits[0] - 0.11, limits[1] + 0.12, spacing)
+        stations = np.unique(np.round(np.concatenate([[-1.0], before, about]), 6))
+        errors.append(np.abs(wheel_path(wheel, cut(surface, stations), x).height - exact).max())
     assert errors[1] < max(0.5 * errors[0], 3e-6)
     assert errors[1] < gate * MM
 
@@ -80,18 +69,19 @@ def test_wheels_run_over_the_benchmark_as_over_the_parametric_crossing(name, gat
     11 to 24 mm between sections leave: sections cut from the parametric surface itself err by 0.048 (P8) and 0.127 mm
     (hollow)."""
     wheel, x = wheel_profile(name), np.arange(-0.85, 0.75, 4 * MM)
-    data = section_path(SectionCrossing.from_slices(read_slices(BENCHMARK)), wheel, x, tread_datum_y(), 0.46)
+    data = wheel_path(wheel, MeasuredCrossing(SectionCrossing.from_slices(read_slices(BENCHMARK))), x, 0.46)
     model = wheel_path(wheel, CastCrossing(9.25), x, radius=0.46)
     assert np.abs(data.height - model.height).max() < gate * MM
-    assert x[np.argmax(data.on_nose)] == pytest.approx(model.transfers[0], abs=6 * MM)
+    assert data.transfers[0] == pytest.approx(model.transfers[0], abs=2 * MM)
 
 
 @pytest.fixture(scope="module")
-def own_file(tmp_path_factory) -> SectionCrossing:
+def own_file(tmp_path_factory) -> MeasuredCrossing:
     """The 1:9.25 crossing cut every 16 mm, every 5 mm beside the nose's tip, as the benchmark's is, written as .slcs
     and .prr and read back."""
     stations = np.unique(np.round(np.concatenate([np.arange(-1.0, 1.0, 16 * MM), np.arange(0.12, 0.22, 5 * MM)]), 6))
-    return SectionCrossing.from_slices(read_slices(write_cut_sections(tmp_path_factory.mktemp("cut"), stations)))
+    file = write_cut_sections(tmp_path_factory.mktemp("cut"), stations)
+    return MeasuredCrossing(SectionCrossing.from_slices(read_slices(file)))
 
 
 @pytest.mark.parametrize(
@@ -101,12 +91,9 @@ def test_wheels_run_over_a_file_of_cut_sections_as_over_the_crossing_they_were_c
     """The gates of the benchmark's own sections (above), with a file of ours: sections 16 mm apart, points 0.2 mm
     apart."""
     wheel, x = wheel_profile(name), np.arange(-0.85, 0.75, 8 * MM)
-    data, model = (
-        section_path(own_file, wheel, x, tread_datum_y(), 0.46),
-        wheel_path(wheel, CastCrossing(9.25), x, radius=0.46),
-    )
+    data, model = (wheel_path(wheel, crossing, x, radius=0.46) for crossing in (own_file, CastCrossing(9.25)))
     assert np.abs(data.height - model.height).max() < gate * MM
-    assert x[np.argmax(data.on_nose)] == pytest.approx(model.transfers[0], abs=10 * MM)
+    assert data.transfers[0] == pytest.approx(model.transfers[0], abs=2 * MM)
 
 
 def test_sections_that_cannot_be_are_refused():
@@ -114,8 +101,3 @@ def test_sections_that_cannot_be_are_refused():
         SectionCrossing.from_points(np.array([0.0, 1.0]), [block(0.0)[::-1], block(0.0)])
     with pytest.raises(ProfileError, match="vertical axis"):
         SectionCrossing.from_points(np.array([0.0, 1.0]), [block(0.0, -0.2), block(0.0)])
-    crossing = SectionCrossing.from_points(np.array([0.0, 1.0]), [block(0.0), block(0.0)])
-    with pytest.raises(ProfileError, match="leaves the sections"):
-        section_path(crossing, wheel_profile("P8"), np.array([0.95]), 0.0)
-    with pytest.raises(WheelsetError, match="spacing"):
-        section_path(crossing, wheel_profile("P8"), np.array([0.5]), 0.0, spacing=2.0)
