@@ -5,6 +5,7 @@ import pytest
 from mpi4py import MPI
 
 from rail_fem.case.casefile import load_case
+from rail_fem.fe.mass_scaling import choose_scaling
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import build_passage, start_velocities
 from rail_fem.fe.running import running_of
@@ -103,6 +104,20 @@ def test_the_wheel_at_rest_has_given_way_as_far_as_its_base_is_pressed(scene, bo
     static = (work @ axle.decoupled.of_functions) / axle.frequencies**2
     assert axle.amplitude == pytest.approx(static, abs=0.05 * np.abs(static).max())
     assert 0 < 2 * axle.spring_energy() / passage.start.force < found.approach
+
+
+@pytest.mark.parametrize("which", ["small", "all"])
+def test_an_elastic_rim_is_not_made_heavy(scene, bodies, which):
+    """A quarter of what moves with the wheel's mesh, itself included, is the most that its elements gain: the base
+    resists a push on the tread by tens of kilograms, not by the half wheelset that a rigid wheel hands over."""
+    running, (mesh, _, _) = bodies
+    settings = SETTINGS.model_copy(update={"mass_scaling": "auto", "scaled_elements": which})
+    base, steels = coarse_wheel(), scene.materials.steels()
+    rigid, elastic = (choose_scaling(scene, settings, steels, mesh, MPI.COMM_SELF, None, one) for one in (None, base))
+    gained = lambda one: one.meshes["wheel"] - one.steel["wheel"]
+    moves = elastic.steel["wheel"] + base.mass_at(np.zeros(3))
+    assert 10 < base.mass_at(np.zeros(3)) < base.weight / 4
+    assert 0 < gained(elastic) <= (1 + 1e-9) * moves / 4 < gained(rigid) / 2
 
 
 def test_what_an_elastic_wheel_is_refused_for(scene):
