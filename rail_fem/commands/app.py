@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from rail_fem.commands.ending import emit, say, stop
+from rail_fem.commands.ending import emit, refusing, say
 from rail_fem.commands.options import JsonOption
 
 
@@ -22,10 +22,8 @@ def app(
     from rail_fem.app.server import App, Server
     from rail_fem.case.examples import example
 
-    try:
+    with refusing(KeyError, ValueError, OSError, ModuleNotFoundError):
         server = Server(App(case or example("nose_transfer"), out, ranks), port)
-    except (KeyError, ValueError, OSError, ModuleNotFoundError) as error:
-        stop(error)
     say(f"open {server.address}\nCtrl-C ends it, and what it runs with it")
     emit({"address": server.address})
     try:

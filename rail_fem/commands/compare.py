@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from rail_fem.commands.ending import MANNER, emit, say, stop
+from rail_fem.commands.ending import MANNER, emit, refusing, say, stop
 from rail_fem.commands.options import JsonOption
 
 
@@ -39,15 +39,13 @@ def compare(
     if passes:
         from rail_fem.sweeps.compare_passes import compare_passes
 
-        try:
+        with refusing():
             compare_passes(folders, passes, out)
-        except (FileNotFoundError, ValueError, OSError) as error:
-            stop(error)
         return
     if quantity not in side_by_side.QUANTITIES:
         stop(f"--quantity {quantity}{two_now(quantity)}: choose one of {', '.join(side_by_side.QUANTITIES)}")
     limit = None if within is None else share(within, "--within")
-    try:
+    with refusing():
         found = side_by_side.compare(folders, reference)
         advice = [] if limit is None else [side_by_side.advice(found, limit, quantity) + "\n"]
         words = [side_by_side.table(found), strain_table(found), *advice, side_by_side.warnings(found)]
@@ -60,8 +58,6 @@ def compare(
                 say(str(save(cost_figure(found), out / "compare.png")))
         if MANNER.as_json:
             emit(comparison_facts(found, limit, quantity))
-    except (FileNotFoundError, ValueError, OSError) as error:
-        stop(error)
 
 
 def compare_studies(folders: list[Path], out: Path | None) -> None:
@@ -69,7 +65,7 @@ def compare_studies(folders: list[Path], out: Path | None) -> None:
     from rail_fem.damage.side_by_side import studies_facts, studies_table
     from rail_fem.damage.study_pair import compare_pair
 
-    try:
+    with refusing():
         table = studies_table(folders)
         say(table)
         if out is not None:
@@ -82,8 +78,6 @@ def compare_studies(folders: list[Path], out: Path | None) -> None:
                 compare_pair(folders[0], folders[1], out)
             except ValueError as error:
                 say(f"not by position: {error}")
-    except (ValueError, OSError) as error:
-        stop(error)
 
 
 def share(text: str, option: str) -> float:

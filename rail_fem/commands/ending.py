@@ -103,6 +103,21 @@ def stop(fault: str | Exception, code: int = REFUSED) -> NoReturn:
     raise typer.Exit(code)
 
 
+class refusing:
+    """`with refusing(): ...`: a fault of these kinds, a ValueError or OSError where none are named, ends the program as
+    `stop` does."""
+
+    def __init__(self, *kinds: type[Exception]):
+        self.kinds = kinds or (ValueError, OSError)
+
+    def __enter__(self) -> None:
+        """Nothing is held."""
+
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
+        if isinstance(error, self.kinds):
+            stop(error)
+
+
 def in_words(fault: str | Exception) -> str:
     """Its sentence; of a file that the system refuses "FILE: No such file or directory", without the number."""
     if isinstance(fault, OSError) and fault.filename and fault.strerror:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from rail_fem.commands.ending import say, stop
+from rail_fem.commands.ending import refusing, say, stop
 from rail_fem.commands.options import CaseArgument, SetOption, loaded_case, not_a_runs
 from rail_fem.processes import launcher
 
@@ -29,14 +29,12 @@ def export(
     from rail_fem.export.tagged import read_tagged
     from rail_fem.result.fields import FieldsError
 
-    try:
+    with refusing(FieldsError, ExportError, OSError):
         if to.suffix in BY_DOLFINX:
             written = _by_dolfinx(folder, to, frame, deformed)
         else:
             launcher.on_root(lambda: write_by_meshio(to, read_tagged(folder, frame), deformed))
             written = [to]
-    except (FieldsError, ExportError, OSError) as error:
-        stop(error)
     say("written: " + ", ".join(map(str, written)))
 
 
@@ -74,7 +72,7 @@ def crossing(
     from rail_fem.scene.units import parse
 
     found = loaded_case(case, settings).scene.crossing
-    try:
+    with refusing():
         ends = [None if text is None else parse(text, "mm")[0] for text in (start, end)]
         away = parse(tolerance, "um")[0]
         if not away > 0:
@@ -85,8 +83,6 @@ def crossing(
             write_step(to, found.surface, x)
         else:
             write_section_folder(to, x, sections, found.name)
-    except (ValueError, OSError) as error:
-        stop(error)
     say(f"written {to}: {len(x)} sections from x = {1e3 * low:.0f} to {1e3 * high:.0f} mm")
     try:
         measured_crossing(x, sections)

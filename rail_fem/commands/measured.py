@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from rail_fem.commands.ending import say, stop
+from rail_fem.commands.ending import refusing, say
 from rail_fem.commands.options import not_a_runs
 
 FEWEST_ROWS = 3  # of a history that can be filtered
@@ -35,7 +35,7 @@ def measured(
     from rail_fem.scene.units import parse
     from rail_fem.show.style import lettering, save, scene_words
 
-    try:
+    with refusing():
         result = load(folder)
         wanted = [math.inf, *([parse(text, "Hz")[0] for text in cutoffs] if cutoffs else CUTOFFS)]
         farthest = None if reach is None else parse(reach, "mm")[0]
@@ -46,8 +46,6 @@ def measured(
             title = f"{record.name} against {result.model}\n{scene_words(result.scene)}"
             with lettering():
                 say(f"drawn {save(record_figure(found, pair, wanted, title), draw)}")
-    except (ValueError, OSError) as error:
-        stop(error)
 
 
 def low_pass(
@@ -62,7 +60,7 @@ def low_pass(
     from rail_fem.result.result import load
     from rail_fem.scene.units import engineering, parse
 
-    try:
+    with refusing():
         result, frequency = load(folder), parse(cutoff, "Hz")[0]
         if len(result.history["time"]) < FEWEST_ROWS:
             raise ValueError(f"{folder}: {result.model} leaves no history, there is nothing to filter")
@@ -75,5 +73,3 @@ def low_pass(
             found = f"{engineering(peak.value, 'N')} at x = {1e3 * peak.x:.1f} mm"
         say(f"largest force low-passed at {cutoff}: {found}")
         say(f"written {out}")
-    except (ValueError, OSError) as error:
-        stop(error)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rail_fem.commands.ending import choose_json, stop, tell
+from rail_fem.commands.ending import choose_json, refusing, stop, tell
 from rail_fem.processes import launcher
 from rail_fem.scene.input_errors import suggest
 
@@ -67,10 +67,8 @@ def by_model(case: Case, model: str, told: set | None = None) -> Case:
     if model not in case.runs and (case.path, model) not in told:
         tell(f"{case.path}: has no [run.{model}], {model} runs by its defaults")
         told.add((case.path, model))
-    try:
+    with refusing(CaseError):
         return case.by(model)
-    except CaseError as error:
-        stop(error)
 
 
 def loaded_case(path: Path, settings: list[str] | None = None) -> Case:
@@ -78,8 +76,6 @@ def loaded_case(path: Path, settings: list[str] | None = None) -> Case:
     from rail_fem.case.casefile import CaseError, load_case
     from rail_fem.case.variations import VariationError, read_settings
 
-    try:
+    with refusing(CaseError, VariationError):
         changes = read_settings(settings or ())
         return launcher.on_root(lambda: load_case(path, changes))  # once for all ranks: they work on the same content
-    except (CaseError, VariationError) as error:
-        stop(error)

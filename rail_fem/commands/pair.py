@@ -19,7 +19,7 @@ from geometry.profiles.rail import ALSO_CALLED, HEADS, rail_head
 from geometry.profiles.reading import read_profile
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from geometry.wheelset import SIDES, Track, Wheelset
-from rail_fem.commands.ending import stop, warn
+from rail_fem.commands.ending import refusing, stop, warn
 from rail_fem.contact.contact_pairs import bring_together, plain_rail
 from rail_fem.contact.load_sharing import LoadedSide, side_held, wheel_equilibrium
 from rail_fem.files.atomic import write_text_atomically
@@ -40,18 +40,14 @@ LARGEST_FORCE = 1e7  # [N]
 
 def length(text: str, unit: str = "mm") -> float:
     """A quantity as it is typed, in SI; ends the program where it is none."""
-    try:
+    with refusing(QuantityError):
         return parse(text, unit)[0]
-    except QuantityError as error:
-        stop(str(error))
 
 
 def series(text: str, unit: str) -> np.ndarray:
     """ "3 mm", or "-6 mm:6 mm:13", in SI; ends the program where it is none."""
-    try:
+    with refusing(QuantityError):
         return read_series(text, unit).values
-    except QuantityError as error:
-        stop(str(error))
 
 
 def slope(text: str) -> float:
@@ -73,7 +69,7 @@ def force(text: str) -> float:
 
 def profile_of(text: str, kind: str, inclination: float = 0.0) -> Profile:
     """A profile by name or from a file; what was repaired or is doubtful is said on standard error."""
-    try:
+    with refusing(ProfileError, OSError):
         if kind == "wheel" and text in WHEEL_NAMES:
             return wheel_profile(text)
         if kind == "rail" and (text in HEADS or text in ALSO_CALLED):
@@ -87,20 +83,16 @@ def profile_of(text: str, kind: str, inclination: float = 0.0) -> Profile:
         for warning in said:
             warn(str(warning.message))
         return profile
-    except (ProfileError, OSError) as error:
-        stop(str(error))
 
 
 def search_of(wheel: str, rail: str, inclination: str, gauge: str, back_to_back: str, radius: str) -> ContactSearch:
     """A wheelset of this wheel on plain line of this rail; ends the program where they cannot be."""
     profiles = profile_of(wheel, "wheel"), profile_of(rail, "rail", slope(inclination))
-    try:
+    with refusing(ValueError):
         return ContactSearch(
             Wheelset(profiles[0], radius=length(radius), back_to_back=length(back_to_back)),
             Track(profiles[1], gauge=length(gauge)),
         )
-    except ValueError as error:
-        stop(str(error))
 
 
 def rows_of(search: ContactSearch, shifts: np.ndarray, yaws: np.ndarray, lowered: np.ndarray | None) -> Iterator[dict]:
@@ -181,14 +173,12 @@ def patch_of(
     """The patch of one wheel under a vertical force, and its numbers by name; ends the program where there is none."""
     vertical, y = force(load), length(shift)
     profiles = profile_of(wheel, "wheel"), profile_of(rail, "rail", slope(inclination))
-    try:
+    with refusing(ValueError):
         datum = 0.0, tread_datum_y(length(gauge), length(back_to_back)) + y
         pair = bring_together(
             profiles[0], plain_rail(profiles[1]), datum, length(radius), (STEEL, STEEL), label=f"{wheel} on {rail}"
         )
         found = pair.patch(vertical, cells)
-    except ValueError as error:
-        stop(str(error))
     centre = pair.point + pair.frame.T @ [*found.centre_of_pressure, 0.0]
     return found, {
         "first point of contact y [mm]": pair.point[1] * 1e3,

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from rail_fem.commands.ending import aside, emit, explain, say, stop, stop_run, tell
+from rail_fem.commands.ending import aside, emit, explain, refusing, say, stop, stop_run, tell
 from rail_fem.commands.options import CaseArgument, JsonOption, ModelOption, SetOption, not_a_runs, read_case
 
 
@@ -74,11 +74,9 @@ def run(
     explain("\n".join([f"case {mark}", *(f"{key} {value}" for key, value in versions().items())]))
     if expected and expected != mark:
         stop(f"{case}: the case or its profile file has changed since it was read for this run: start again")
-    try:
+    with refusing(JobError):
         with aside():
             fault = run_case(loaded, name, out, restart, overwrite, tell)
-    except JobError as error:
-        stop(error)
     emit({"folder": str(out), **_saved(out, fault)})
     if fault:
         explain(_trace(out))

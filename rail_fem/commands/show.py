@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from rail_fem.commands.ending import MANNER, emit, say, stop, tell
+from rail_fem.commands.ending import MANNER, emit, refusing, say, tell
 from rail_fem.commands.options import JsonOption, not_a_runs
 
 LOOK = 2.0  # between two looks at a sweep [s]
@@ -45,7 +45,7 @@ def show(
     varies."""
     from rail_fem.show.report import folder_report
 
-    try:
+    with refusing():
         if follow:
             follow_sweep(folder)
         elif quantity or against:
@@ -62,8 +62,6 @@ def show(
             say(folder_report(folder))
             if as_json:
                 emit(folder_facts(folder))
-    except (ValueError, OSError) as error:
-        stop(error)
 
 
 def _draw_figures(folder: Path, figures: Figures) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from rail_fem.commands.ending import MANNER, RUN_FAILED, aside, emit, say, stop, tell
+from rail_fem.commands.ending import MANNER, RUN_FAILED, aside, emit, refusing, say, stop, tell
 from rail_fem.commands.options import JsonOption, PoolOption, SetOption, by_model, not_a_runs
 from rail_fem.files.atomic import write_text_atomically
 from rail_fem.processes import launcher
@@ -64,7 +64,7 @@ def sweep(
     All results come into one folder, with sweep.md and sweep.csv: a row a run, what varies as columns. 'rail-fem show
     OUT --quantity "impact on the wheel" --against speed' draws one against the other.
     """
-    from rail_fem.case.variations import VariationError, read_settings, read_variation
+    from rail_fem.case.variations import read_settings, read_variation
     from rail_fem.hierarchy import MODELS
     from rail_fem.processes.pool import MPI, PoolError, Workers
     from rail_fem.scene.units import parse
@@ -88,7 +88,7 @@ def sweep(
         launcher.work_alone()
     if launcher.rank_count() > 1:
         stop("sweep starts mpirun itself, case by case: leave mpirun out and give --ranks")
-    try:
+    with refusing(ValueError):
         variations = [read_variation(text) for text in vary or ()]
         rows = read_rows(cases[0]) if len(cases) == 1 and is_rows(cases[0]) else None
         if only is not None and not vary and rows is None:
@@ -100,8 +100,6 @@ def sweep(
             stop(f"{cases[0]} is a list of changes: leave --vary and --groups out")
         else:
             found, faults = cases_of(cases[0], rows, read_settings(settings or ()))
-    except (VariationError, ValueError) as error:
-        stop(error)
     for fault in faults:
         typer.echo(f"left out: {fault}", err=True)
     if faults and (vary or settings or groups or array):
@@ -123,13 +121,11 @@ def sweep(
         return
     by = Workers(workers, pool, tries, limit)
     with aside():
-        try:
+        with refusing(PoolError):
             outcomes = run_sweep(jobs, ranks, tell, by)
             better, proofs = ("", []) if rows is None or one else to_prove(rows, found, outcomes)
             proofs = [by_each(case, better) for case in proofs]
             outcomes += run_sweep(jobs_of(proofs, out, [better]), ranks, tell, by) if proofs else []
-        except PoolError as error:
-            stop(error)
     told = report = sweep_report(outcomes, faults)
     if rows is not None:
         table = write_rows(rows, outcomes, out)
@@ -248,14 +244,12 @@ def report(
     from rail_fem.sweeps.sweep_page import read_sweep, write_digest, write_page
 
     folder = folders[0]
-    try:
+    with refusing():
         found = read_sweep(folder, groups, beside, read_settings(settings or ()))
         if digest is None:
             say(str(write_page(found, out or folder / "report")))
         else:
             say(str(write_digest(found, digest, tuple(show or ()))))
-    except (ValueError, OSError) as error:
-        stop(error)
 
 
 def write_html(folders: list[Path], path: Path) -> None:
@@ -265,7 +259,7 @@ def write_html(folders: list[Path], path: Path) -> None:
     from rail_fem.sweeps.chooser import write_sweep_page
     from rail_fem.sweeps.compare import result_folders, short_names
 
-    try:
+    with refusing(ValueError, OSError, ModuleNotFoundError):
         if len(folders) == 1 and is_sweep(folders[0]):
             say(str(write_sweep_page(folders[0], path)))
         elif len(folders) == 1 and reports(folders[0]):
@@ -273,5 +267,3 @@ def write_html(folders: list[Path], path: Path) -> None:
         else:
             runs = result_folders(folders)
             say(str(write_page(runs, path, short_names(runs))))
-    except (ValueError, OSError, ModuleNotFoundError) as error:
-        stop(error)
