@@ -55,7 +55,8 @@ def align_labels(figure: Figure) -> None:
     """The y labels of all axes in one line; laid out a first time here, because the layout does not know of their line
     until they stand in it, and would cut off the widest."""
     figure.align_ylabels()
-    figure.draw_without_rendering()
+    if (layout := figure.get_layout_engine()) is not None:
+        layout.execute(figure)
 
 
 def lettering():
