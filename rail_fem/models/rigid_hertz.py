@@ -25,10 +25,15 @@ from rail_fem.settings.light import RigidHertzSettings
 
 
 def solve(
-    scene: Scene, settings: RigidHertzSettings, folder: Path | None = None, restart: bool = False, progress=None
+    scene: Scene,
+    settings: RigidHertzSettings,
+    folder: Path | None = None,
+    restart: bool = False,
+    progress=None,
+    judged: bool = True,
 ) -> PassResult:
     """One pass. Error: second order in the step, measured by twice the step, and of a wheel alone by twice the spacing
-    of the surface search.
+    of the surface search. judged : whether these passes beside it are run
 
     Errors: CrossingError where the window leaves the crossing, ValueError, also where a wheelset leaves lateral_range.
     """
@@ -41,8 +46,11 @@ def solve(
         surfaces = surfaces_of(scene, settings)
         table, march = surfaces.centred, partial(run_wheelset, surfaces)
     started = working_time()
-    run, errors = run_with_errors(scene, settings, contacts_of(scene, settings, table), march)
-    if vertical:
+    contacts = contacts_of(scene, settings, table)
+    run, errors = (
+        run_with_errors(scene, settings, contacts, march) if judged else (march(scene, settings, contacts), {})
+    )
+    if vertical and judged:
         sparse = run_pass(scene, settings, contacts_of(scene, settings, every_second(table)))
         errors["path_spacing"] = force_change(run, sparse)
     patches = patches_at(table, run, patch_steps(run))

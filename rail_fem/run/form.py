@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from scipy.optimize import brentq
 
 from geometry.axes import RAIL_DEPTH
-from rail_fem.hierarchy import MODELS, solve
+from rail_fem.hierarchy import MODELS, load
 from rail_fem.passes.track_beam import track_beam
 from rail_fem.result.quantities import FORCES, REPORTED
 from rail_fem.result.result import PassResult
@@ -154,10 +154,10 @@ def _by_passes(result: PassResult, own: Mapping[str, float]) -> dict[str, dict[s
     scene, path = result.scene, result.history["x"]
     if not len(path):  # a formula
         return {}
-    window = {name: result.settings[name] for name in ("start", "end")}
+    window, rigid_hertz = {name: result.settings[name] for name in ("start", "end")}, load("rigid_hertz")
 
     def run(changed: Scene) -> dict[str, float]:
-        answer = solve("rigid_hertz", changed, RigidHertzSettings(**window, path_spacing=SPACING))
+        answer = rigid_hertz.solve(changed, RigidHertzSettings(**window, path_spacing=SPACING), judged=False)
         return {name: value for name in own if (value := REPORTED[name].of(answer)) == value}
 
     x = result.transfer_x if result.transfer_x == result.transfer_x else float(path[0] + path[-1]) / 2
