@@ -18,7 +18,7 @@ import numpy as np
 
 from rail_fem.fe.finite_strain import add_elastic, rotate_stress, step_rotation, to_mid_step, von_mises
 from rail_fem.fe.lanes import compiled, gather, gather_one, inlined, load, part, scatter, store
-from rail_fem.fe.plasticity import EXCESS, add_centre, flow_back, has_flowed, point_buffers, turn
+from rail_fem.fe.plasticity import EXCESS, add_centre, flow_back, has_flowed, point_buffers, return_law, turn
 from rail_fem.fe.prefetch import INDICES, NUMBERS, fetch
 from rail_fem.fe.state import HOURGLASS, LANES, N_STATE, YIELD
 from rail_fem.fe.trilinear import (
@@ -239,9 +239,10 @@ def update_elements(x, v, dt, nodes, filled, material_of, steels, state, back, f
             add_centre(own, backs, -1.0)
             step_rotations(nodal, dt, rotation)
             turn(backs, rotation, 0)
+        law = return_law(steels, row)
         elastic_trial(nodal, dt, steels.rows[row], own, scratch)
         fetch(state, ahead + _QUARTER, _QUARTER, NUMBERS)
-        if flow_back(steels, row, own, backs, scratch, count, point, N_STATE) or moved:
+        if flow_back(law, own, backs, scratch, count, point, N_STATE) or moved:
             add_centre(own, backs, 1.0)
         fetch(state, ahead + 2 * _QUARTER, _QUARTER, NUMBERS)
         for e in range(count):

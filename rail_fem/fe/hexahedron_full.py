@@ -24,7 +24,7 @@ import numpy as np
 from rail_fem.fe.finite_strain import add_elastic, rotate_stress, step_rotation, to_mid_step, von_mises
 from rail_fem.fe.hexahedron import N_SCRATCH, energy_density
 from rail_fem.fe.lanes import compiled, gather, gather_one, inlined, load, part, scatter, store
-from rail_fem.fe.plasticity import EXCESS, add_centre, flow_back, has_flowed, point_buffers, turn
+from rail_fem.fe.plasticity import EXCESS, add_centre, flow_back, has_flowed, point_buffers, return_law, turn
 from rail_fem.fe.prefetch import NUMBERS, fetch
 from rail_fem.fe.state import LANES, N_STATE_FULL, POINT_STATE, POINTS, YIELD
 from rail_fem.fe.trilinear import (
@@ -223,7 +223,7 @@ def update_full_elements(x, v, dt, nodes, filled, material_of, steels, state, ba
         start, s, count, row = block * 8 * _W, block * N_STATE_FULL * _W, filled[block], material_of[block]
         held = 6 * _W * (steels.back_start[row + 1] - steels.back_start[row])
         gather(x, v, nodes, start, nodal)
-        material = steels.rows[row]
+        material, law = steels.rows[row], return_law(steels, row)
         whole_element(nodal, dt, material, vectors, rates, mean)
         forces[:] = 0.0
         for q in range(POINTS):
@@ -241,7 +241,7 @@ def update_full_elements(x, v, dt, nodes, filled, material_of, steels, state, ba
                     turn(backs, scratch, ROTATION)
             else:
                 point_trial(vectors, rates, mean, q, dt, material, own, False, scratch)
-            if flow_back(steels, row, own, backs, scratch, count, point, POINT_STATE) or moved:
+            if flow_back(law, own, backs, scratch, count, point, POINT_STATE) or moved:
                 add_centre(own, backs, 1.0)
             add_point_force(own, scratch, q, mean, forces)
             for e in range(count):
