@@ -1,16 +1,16 @@
-"""What one thread of the card does of a step of the bodies: an element, a node, a share of a rigid group.
+"""What the threads of a card do in a step of the bodies: kick, elements, sums at nodes, drift, rigid groups.
 
-The mathematics is that of the compiled kernels, function by function. No thread adds to what another one adds to:
-elements store their nodal forces, nodes gather those of their elements in a fixed order, so that a step gives the same
-bits every time. Compiled for the card by rail_fem.fe.card.kernels, and for the processor where a card is simulated.
+The mathematics is that of the compiled kernels, function by function. Threads deal out items to themselves: `first` is
+a thread's own, `every` how many threads there are. None adds to what another one adds to: elements store their nodal
+forces, nodes gather those of their elements in a fixed order, so that a step gives the same bits every time. Compiled
+for the card by rail_fem.fe.card.kernels, and for the processor where a card is simulated.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
+from rail_fem.fe.card import arrays
 from rail_fem.fe.elastic import N_FIXED, elastic_hourglass, gradient_and_stress
 from rail_fem.fe.finite_strain import rotate_stress, step_rotation, to_mid_step, von_mises
 from rail_fem.fe.hexahedron import constants_of, modal_force, stress_rows, trial_of
@@ -21,58 +21,6 @@ from rail_fem.fe.state import HOURGLASS, KINEMATIC, LANES, LAW, N_STATE, N_WORK,
 from rail_fem.fe.trilinear import by_mode, field_gradient, mean_gradient, scalar_modes, store_nodal
 
 _W = LANES
-
-
-class CardNodes(NamedTuple):
-    """x, v, force, reference, inverse_mass, displaced : (3 n,), the last for small-displacement elements
-    moved : (k,) nodes that a step computes
-    power, pushed : (n,) internal work of the kick, work of contact on the body, since they were last read [J]
-    first, places : (n+1,), (m,) where the nodal forces of each node's elements stand
-    """
-
-    x: np.ndarray
-    v: np.ndarray
-    force: np.ndarray
-    reference: np.ndarray
-    inverse_mass: np.ndarray
-    displaced: np.ndarray
-    moved: np.ndarray
-    power: np.ndarray
-    pushed: np.ndarray
-    first: np.ndarray
-    places: np.ndarray
-
-
-class StepShared(NamedTuple):
-    """What the kernels of a step share: counters (rail_fem.fe.card.touching), nodal forces of all elements
-    (n*24*LANES,), and of these the finite-strain ones' and the small-displacement ones'."""
-
-    counters: np.ndarray
-    forces: np.ndarray
-    finite_forces: np.ndarray
-    small_forces: np.ndarray
-
-
-class CardElements(NamedTuple):
-    """Finite-strain blocks, arrays as rail_fem.fe.hexahedron.update_elements has them; computed : (k,) blocks that a
-    step computes;  work : (n_blocks*N_WORK*LANES,) since it was last read [J];  volume : (n_blocks*LANES,) [m3]"""
-
-    nodes: np.ndarray
-    filled: np.ndarray
-    material_of: np.ndarray
-    state: np.ndarray
-    back: np.ndarray
-    computed: np.ndarray
-    work: np.ndarray
-    volume: np.ndarray
-
-
-class CardSmallElements(NamedTuple):
-    """Small-displacement blocks: geometry of rail_fem.fe.elastic.fixed_geometry."""
-
-    nodes: np.ndarray
-    material_of: np.ndarray
-    geometry: np.ndarray
 
 
 @inlined
@@ -123,9 +71,9 @@ def shift(state, back, e, sign):
 
 
 @thread
-def advance_element(block, e, dt, nodes, own, steels, forces):
-    """One step of lane e of a finite-strain block with a hardening curve: stress, and nodal forces -> forces
-    (n*24*LANES,)."""
+def advance_element(block, e, a):
+    """One step of lane e of a finite-strain block with a hardening curve: stress and nodal forces."""
+    dt, nodes, own, steels = a.dt, a.nodes, a.elements, a.steels
     row, count = own.material_of[block], own.filled[block]
     material, state = steels.rows[row], own.state[block * N_STATE * _W : (block + 1) * N_STATE * _W]
     x, v = modes_at(nodes.x, own.nodes, block, e), modes_at(nodes.v, own.nodes, block, e)
@@ -171,16 +119,23 @@ def advance_element(block, e, dt, nodes, own, steels, forces):
     rows = stress_rows(load(state, 0, 0, e), load(state, 0, 3, e), found.pressure)
     q1, q2 = load(state, 0, HOURGLASS, e), load(state, 0, HOURGLASS + 3, e)
     q3, q4 = load(state, 0, HOURGLASS + 6, e), load(state, 0, HOURGLASS + 9, e)
-    f = forces[block * 24 * _W : (block + 1) * 24 * _W]
+    f = a.forces[block * 24 * _W : (block + 1) * 24 * _W]
     give_forces(f, e, rows, q1, q2, q3, q4, found.gradient, x[3], x[4], x[5], x[6], 8.0 / found.volume)
 
 
 @thread
-def force_small(block, e, nodes, own, steels, forces):
-    """Nodal forces of lane e of a small-displacement block -> forces (n*24*LANES,)."""
-    material = steels.rows[own.material_of[block]]
+def advance_elements(first, every, a):
+    for j in range(first, a.elements.computed.size * _W, every):
+        advance_element(a.elements.computed[j // _W], j % _W, a)
+
+
+@thread
+def force_small(block, e, a):
+    """Nodal forces of lane e of a small-displacement block."""
+    own, start = a.small, a.elements.filled.size + block
+    material = a.steels.rows[own.material_of[block]]
     fixed = own.geometry[block * N_FIXED * _W : (block + 1) * N_FIXED * _W]
-    m = modes_at(nodes.displaced, own.nodes, block, e)
+    m = modes_at(a.nodes.displaced, own.nodes, block, e)
     l, stress = gradient_and_stress(m, fixed, e, material[0], material[1])
     b = (
         load(fixed, 0, 0, e),
@@ -193,85 +148,77 @@ def force_small(block, e, nodes, own, steels, forces):
     g1, g2, g3, g4 = load(fixed, 0, 18, e), load(fixed, 0, 21, e), load(fixed, 0, 24, e), load(fixed, 0, 27, e)
     q1, q2, q3, q4 = elastic_hourglass(m, l, g1, g2, g3, g4, fixed[32 * _W + e])
     rows = stress_rows(stress[:3], stress[3:], 0.0)
-    f = forces[block * 24 * _W : (block + 1) * 24 * _W]
+    f = a.forces[start * 24 * _W : (start + 1) * 24 * _W]
     give_forces(f, e, rows, q1, q2, q3, q4, b, g1, g2, g3, g4, 8.0 / fixed[30 * _W + e])
 
 
 @thread
-def gather_force(n, nodes, forces):
-    """Minus the forces of the elements around node n, in their fixed order -> force."""
-    a = b = c = 0.0
-    for m in range(nodes.first[n], nodes.first[n + 1]):
-        k = nodes.places[m]
-        a -= forces[k]
-        b -= forces[k + _W]
-        c -= forces[k + 2 * _W]
-    nodes.force[3 * n], nodes.force[3 * n + 1], nodes.force[3 * n + 2] = a, b, c
+def force_small_elements(first, every, a):
+    for j in range(first, a.small.material_of.size * _W, every):
+        force_small(j // _W, j % _W, a)
 
 
 @thread
-def kick_node(n, dt, nodes):
-    """Velocity of node n from internal forces, and their work."""
-    power = 0.0
-    for i in range(3 * n, 3 * n + 3):
-        old = nodes.v[i]
-        new = kicked(old, nodes.force[i], nodes.inverse_mass[i], dt)
-        nodes.v[i] = new
-        power += 0.5 * nodes.force[i] * (old + new)
-    nodes.power[n] -= dt * power
+def gather_forces(first, every, a):
+    """Minus the forces of the elements around each node, in their fixed order -> force."""
+    nodes = a.nodes
+    for j in range(first, nodes.moved.size, every):
+        n = nodes.moved[j]
+        x = y = z = 0.0
+        for m in range(nodes.first[n], nodes.first[n + 1]):
+            k = nodes.places[m]
+            x -= a.forces[k]
+            y -= a.forces[k + _W]
+            z -= a.forces[k + 2 * _W]
+        nodes.force[3 * n], nodes.force[3 * n + 1], nodes.force[3 * n + 2] = x, y, z
 
 
 @thread
-def drift_node(n, dt, damping, nodes):
-    """Position after the step, and u + damping v there [m]."""
-    for i in range(3 * n, 3 * n + 3):
-        nodes.x[i] += dt * nodes.v[i]
-        nodes.displaced[i] = nodes.x[i] - nodes.reference[i] + damping * nodes.v[i]
+def kick_nodes(first, every, a):
+    """Velocities from internal forces, and their work."""
+    nodes = a.nodes
+    for j in range(first, nodes.moved.size, every):
+        n, power = nodes.moved[j], 0.0
+        for i in range(3 * n, 3 * n + 3):
+            old = nodes.v[i]
+            new = kicked(old, nodes.force[i], nodes.inverse_mass[i], a.dt)
+            nodes.v[i] = new
+            power += 0.5 * nodes.force[i] * (old + new)
+        nodes.power[n] -= a.dt * power
 
 
 @thread
-def push_node(n, a, dt, nodes, force, inverse_mass):
-    """Contact force of surface node a, (m, 3), onto the velocity of node n, and the works."""
-    for c in range(3):
-        i = 3 * n + c
-        nodes.v[i], work, changed = pushed(nodes.v[i], force[a, c], nodes.force[i], inverse_mass[a], dt)
-        nodes.pushed[n] += work
-        nodes.power[n] -= changed
-
-
-class CardGroups(NamedTuple):
-    """Rigid groups and links between them, as rail_fem.fe.supports has them: replicated there, on the card here.
-
-    members, first : nodes of each group;  partial : (threads, 3 groups) sums of the threads [N]
-    velocity, displacement, load, mass : (g, 3), mass inf where a direction does not move;  load_work : (g,)
-    reaction : (g, 3);  upwards : (g,) buffer
-    a, b : (l,) groups of each link, b -1 the ground;  stiffness, damping, length, rate, dissipated, before : (l,)
-    """
-
-    members: np.ndarray
-    first: np.ndarray
-    partial: np.ndarray
-    velocity: np.ndarray
-    displacement: np.ndarray
-    load: np.ndarray
-    mass: np.ndarray
-    load_work: np.ndarray
-    reaction: np.ndarray
-    upwards: np.ndarray
-    a: np.ndarray
-    b: np.ndarray
-    stiffness: np.ndarray
-    damping: np.ndarray
-    length: np.ndarray
-    rate: np.ndarray
-    dissipated: np.ndarray
-    before: np.ndarray
+def drift_nodes(first, every, a):
+    """Positions after the step, and u + damping v there [m]."""
+    nodes = a.nodes
+    for j in range(first, nodes.moved.size, every):
+        n = nodes.moved[j]
+        for i in range(3 * n, 3 * n + 3):
+            nodes.x[i] += a.dt * nodes.v[i]
+            nodes.displaced[i] = nodes.x[i] - nodes.reference[i] + a.damping * nodes.v[i]
 
 
 @thread
-def add_reactions(first, every, groups, force):
-    """The thread's share of the element forces on each group -> its row of `partial`."""
-    own = groups.partial[first]
+def push_nodes(first, every, a):
+    """Contact forces onto velocities, and the works."""
+    nodes, t = a.nodes, a.contact
+    for j in range(first, t.watched.size, every):
+        at = t.watched[j]
+        n = t.local[at]
+        for c in range(3):
+            i = 3 * n + c
+            push, inverse_mass = t.found.force[at, c], t.nodes.inverse_mass[at]
+            nodes.v[i], work, changed = pushed(nodes.v[i], push, nodes.force[i], inverse_mass, a.dt)
+            nodes.pushed[n] += work
+            nodes.power[n] -= changed
+
+
+@thread
+def add_reactions(first, every, a):
+    """The thread's share of the element forces on each group -> its row of `partial`; whether a step is due."""
+    groups, own, force = a.groups, a.groups.partial[first], a.nodes.force
+    if first == 0:
+        a.counters[arrays.GOES] = 1 if a.counters[arrays.LEFT] > 0 and a.counters[arrays.TO_SEARCH] > 0 else 0
     for g in range(groups.first.size - 1):
         x = y = z = 0.0
         for m in range(groups.first[g] + first, groups.first[g + 1], every):
@@ -291,45 +238,48 @@ def fold(row, half, partial):
 
 
 @thread
-def stretch_rate(groups, k):
-    rate = groups.velocity[groups.a[k], 2]
-    return rate - groups.velocity[groups.b[k], 2] if groups.b[k] >= 0 else rate
+def stretch(g, k, what):
+    """Of link k: the difference of what (VELOCITY, DISPLACEMENT) its ends have upwards."""
+    own = g.motion[g.ends[k, 0], what, 2]
+    return own - g.motion[g.ends[k, 1], what, 2] if g.ends[k, 1] >= 0 else own
 
 
 @thread
-def advance_groups(dt, groups):
+def advance_groups(dt, g):
     """Velocities of all groups from reactions, the first row of `partial`, loads and links, as
     rail_fem.fe.supports.Supports.advance; their positions after the step."""
-    g, links = groups, groups.a.size
-    for i in range(g.load_work.size):
+    for i in range(g.upwards.size):
         g.upwards[i] = 0.0
+    for k in range(g.ends.shape[0]):
+        link = g.links[k]
+        link[arrays.BEFORE] = stretch(g, k, arrays.VELOCITY)
+        longer = stretch(g, k, arrays.DISPLACEMENT) - link[arrays.LENGTH]
+        force = -link[arrays.STIFFNESS] * longer - link[arrays.DAMPING] * (link[arrays.BEFORE] - link[arrays.RATE])
+        g.upwards[g.ends[k, 0]] += force
+        if g.ends[k, 1] >= 0:
+            g.upwards[g.ends[k, 1]] -= force
+    for i in range(g.upwards.size):
         for c in range(3):
-            g.reaction[i, c] = g.partial[0, 3 * i + c]
-    for k in range(links):
-        stretch = g.displacement[g.a[k], 2] - (g.displacement[g.b[k], 2] if g.b[k] >= 0 else 0.0) - g.length[k]
-        g.before[k] = stretch_rate(g, k)
-        force = -g.stiffness[k] * stretch - g.damping[k] * (g.before[k] - g.rate[k])
-        g.upwards[g.a[k]] += force
-        if g.b[k] >= 0:
-            g.upwards[g.b[k]] -= force
-    for i in range(g.load_work.size):
-        for c in range(3):
-            old, load = g.velocity[i, c], g.load[i, c]
-            if g.mass[i, c] < np.inf:
-                new = old + dt / g.mass[i, c] * (g.reaction[i, c] + load + (g.upwards[i] if c == 2 else 0.0))
-                g.velocity[i, c] = new
+            old, load, mass = g.motion[i, arrays.VELOCITY, c], g.motion[i, arrays.LOAD, c], g.motion[i, arrays.MASS, c]
+            g.motion[i, arrays.REACTION, c] = g.partial[0, 3 * i + c]
+            if mass < np.inf:
+                new = old + dt / mass * (g.motion[i, arrays.REACTION, c] + load + (g.upwards[i] if c == 2 else 0.0))
+                g.motion[i, arrays.VELOCITY, c] = new
                 g.load_work[i] += dt * load * 0.5 * (new + old)
-            g.displacement[i, c] += dt * g.velocity[i, c]
-    for k in range(links):
-        damper = -g.damping[k] * (g.before[k] - g.rate[k])
-        g.dissipated[k] -= dt * damper * 0.5 * (g.before[k] + stretch_rate(g, k))
+            g.motion[i, arrays.DISPLACEMENT, c] += dt * g.motion[i, arrays.VELOCITY, c]
+    for k in range(g.ends.shape[0]):
+        link = g.links[k]
+        damper = -link[arrays.DAMPING] * (link[arrays.BEFORE] - link[arrays.RATE])
+        link[arrays.DISSIPATED] -= dt * damper * 0.5 * (link[arrays.BEFORE] + stretch(g, k, arrays.VELOCITY))
 
 
 @thread
-def impose_group(m, groups, v):
-    """Velocity of its group onto member m."""
-    g = 0
-    while m >= groups.first[g + 1]:
-        g += 1
-    for c in range(3):
-        v[3 * groups.members[m] + c] = groups.velocity[g, c]
+def impose_groups(first, every, a):
+    """Velocities of groups onto their members."""
+    groups = a.groups
+    for m in range(first, groups.members.size, every):
+        g = 0
+        while m >= groups.first[g + 1]:
+            g += 1
+        for c in range(3):
+            a.nodes.v[3 * groups.members[m] + c] = groups.motion[g, arrays.VELOCITY, c]

@@ -60,9 +60,13 @@ def card_facts() -> CardFacts:
     return CardFacts(name, tuple(device.compute_capability), ".".join(map(str, version)), int(total), int(free))
 
 
-def up(array: np.ndarray) -> Any:
-    """A copy on the card."""
-    array = np.ascontiguousarray(array)
+def up(item: Any) -> Any:
+    """A copy on the card of an array, or of all arrays of a NamedTuple of any depth; what else is there stays."""
+    if isinstance(item, tuple):
+        return type(item)(*map(up, item))
+    if not isinstance(item, np.ndarray):
+        return item
+    array = np.ascontiguousarray(item)
     if SIMULATED:
         return array.copy()
     return cuda.to_device(array if array.size else np.zeros((1, *array.shape[1:]), array.dtype))[: len(array)]

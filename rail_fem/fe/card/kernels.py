@@ -1,163 +1,137 @@
-"""The card's kernels: which thread does what, and where the threads of a block meet.
+"""The card's kernels: which threads do what, and where those of a block meet.
 
-A block of LANES elements is a warp and a block of threads; nodes are dealt out to as many threads as are launched;
+Elements' lanes and nodes are dealt out to as many threads as are launched, so that a block of LANES elements is a warp;
 contact and rigid groups are one block of threads each, whose sums fold in a fixed order. A kernel whose step is not to
 be made (a search is due first, or enough were made) does nothing.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 from numba import cuda
 
-from rail_fem.fe.card import bodies, touching
+from kernel_cache import njit
+from rail_fem.fe.card import arrays, bodies, touching
 from rail_fem.fe.card.device import SIMULATED
-from rail_fem.fe.card.touching import GOES, LEFT, TO_SEARCH
 from rail_fem.fe.contact.pressure import MOMENTUM, SWEEPS
 from rail_fem.fe.state import LANES
 
 # a block of 512 threads has 65,536 registers between them
 ONE_BLOCK = {} if SIMULATED else {"max_registers": 128}
+# where threads meet: no part of it is the processor's, not even of a simulated card
+_joint = (lambda function: function) if SIMULATED else njit(forceinline=True, error_model="numpy")
 
 
-@cuda.jit
-def kick(dt, nodes, shared):
-    if shared.counters[LEFT] > 0 and shared.counters[TO_SEARCH] > 0:
-        for j in range(cuda.grid(1), nodes.moved.size, cuda.gridsize(1)):
-            bodies.kick_node(nodes.moved[j], dt, nodes)
+def of_all(work: Callable) -> Any:
+    """Kernel of as many blocks as there is work for."""
+
+    def kernel(a):
+        if a.counters[arrays.GOES] > 0:
+            work(cuda.grid(1), cuda.gridsize(1), a)
+
+    kernel.__name__ = work.__name__
+    return cuda.jit(kernel)
 
 
-@cuda.jit(**ONE_BLOCK)
-def groups(dt, own, nodes, shared):
-    """One block."""
-    if not (shared.counters[LEFT] > 0 and shared.counters[TO_SEARCH] > 0):
-        return
-    thread, half = cuda.threadIdx.x, cuda.blockDim.x // 2
-    bodies.add_reactions(thread, cuda.blockDim.x, own, nodes.force)
-    cuda.syncthreads()
-    while half > 0:
-        bodies.fold(thread, half, own.partial)
+def in_turn(work: Callable, *more: Callable) -> Callable:
+    """What one block does after another, all its threads meeting after each."""
+
+    @_joint
+    def alone(thread, threads, a):
+        work(thread, threads, a)
         cuda.syncthreads()
-        half //= 2
-    if thread == 0:
-        bodies.advance_groups(dt, own)
+
+    if not more:
+        return alone
+    rest = in_turn(*more)
+
+    @_joint
+    def with_rest(thread, threads, a):
+        alone(thread, threads, a)
+        rest(thread, threads, a)
+
+    return with_rest
 
 
-@cuda.jit(**ONE_BLOCK)
-def contact(dt, t, nodes, shared):
-    """One block: forces of a step."""
-    thread, threads = cuda.threadIdx.x, cuda.blockDim.x
-    goes = shared.counters[LEFT] > 0 and shared.counters[TO_SEARCH] > 0
-    cuda.syncthreads()
-    if thread == 0:
-        shared.counters[GOES] = 1 if goes else 0
-    if not goes:
-        return
-    lists, given = t.lists, t.given
-    touching.unpack_nodes(thread, threads, nodes.x, nodes.v, dt, t)
-    cuda.syncthreads()
-    touching.project_all(thread, threads, t)
-    cuda.syncthreads()
-    for i in range(thread, t.on_rail.slaves.size, threads):
-        if t.on_rail.facets[i] >= 0:
-            lists.after_rail[i] = cuda.atomic.exch(lists.head_wheel, t.on_rail.facets[i], i)
-    for i in range(thread, t.on_wheel.slaves.size, threads):
-        if t.on_wheel.facets[i] >= 0:
-            lists.after_wheel[i] = cuda.atomic.exch(lists.head_rail, t.on_wheel.facets[i], i)
-    cuda.syncthreads()
-    touching.order_lists(thread, threads, lists.head_wheel, lists.after_rail)
-    touching.order_lists(thread, threads, lists.head_rail, lists.after_wheel)
-    cuda.syncthreads()
-    touching.spread_area(thread, threads, t)
-    cuda.syncthreads()
-    touching.begin_pressures(thread, threads, t, dt, t.on_rail, given.rail_state)
-    touching.begin_pressures(thread, threads, t, dt, t.on_wheel, given.wheel_state)
-    for sweep in range(SWEEPS):
-        cuda.syncthreads()
-        touching.give_trials(thread, threads, t, t.on_rail, given.rail_state, given.rail_amount, given.rail_vector, 3)
-        touching.give_trials(
-            thread, threads, t, t.on_wheel, given.wheel_state, given.wheel_amount, given.wheel_vector, 3
-        )
-        cuda.syncthreads()
-        touching.push_nodes(thread, threads, t)
-        cuda.syncthreads()
-        momentum = MOMENTUM if sweep > 0 else 0.0
-        touching.sweep_pairs(thread, threads, t, dt, t.on_rail, given.rail_state, momentum)
-        touching.sweep_pairs(thread, threads, t, dt, t.on_wheel, given.wheel_state, momentum)
-    cuda.syncthreads()
-    touching.take_pressures(thread, threads, t, t.on_rail, given.rail_state)
-    touching.take_pressures(thread, threads, t, t.on_wheel, given.wheel_state)
-    touching.give_trials(thread, threads, t, t.on_rail, given.rail_state, given.rail_amount, given.rail_vector, 2)
-    touching.give_trials(thread, threads, t, t.on_wheel, given.wheel_state, given.wheel_amount, given.wheel_vector, 2)
-    cuda.syncthreads()
-    touching.press_nodes(thread, threads, t)
-    cuda.syncthreads()
-    if t.law.friction > 0.0:
-        touching.choose_rubbing(thread, threads, t)
-        cuda.syncthreads()
-        touching.spread_area(thread, threads, t)
-        cuda.syncthreads()
-        touching.rub_pairs(thread, threads, t, dt)
-        cuda.syncthreads()
-        touching.drag_nodes(thread, threads, t)
-        cuda.syncthreads()
-        touching.settle_slips(thread, threads, t, dt)
-    touching.add_up(thread, threads, t)
-    cuda.syncthreads()
+@_joint
+def add_rows(thread, threads, partial):
+    """The sum of all rows of partial (threads, k) -> the first."""
     half = threads // 2
     while half > 0:
-        bodies.fold(thread, half, t.sums)
+        bodies.fold(thread, half, partial)
         cuda.syncthreads()
         half //= 2
-    if thread == 0:
-        touching.close_step(t, dt, shared.counters)
 
 
-@cuda.jit
-def impose(own, nodes, shared):
-    if shared.counters[GOES] > 0:
-        for m in range(cuda.grid(1), own.members.size, cuda.gridsize(1)):
-            bodies.impose_group(m, own, nodes.v)
+@_joint
+def link_pairs(thread, threads, a):
+    """Lists of the pairs over each facet, in whatever order."""
+    facets = a.contact.pairs.facets
+    for i in range(thread, facets.size, threads):
+        if facets[i] >= 0:
+            a.contact.after[i] = cuda.atomic.exch(a.contact.head, facets[i], i)
 
 
-@cuda.jit
-def push(dt, t, nodes, shared):
-    if shared.counters[GOES] > 0:
-        for j in range(cuda.grid(1), t.watched.size, cuda.gridsize(1)):
-            a = t.watched[j]
-            bodies.push_node(t.local[a], a, dt, nodes, t.found.force, t.nodes.inverse_mass)
+find_pairs = in_turn(
+    touching.unpack_nodes,
+    touching.project_pairs,
+    link_pairs,
+    touching.order_lists,
+    touching.spread_area,
+    touching.begin_pressures,
+)
+try_pressures = in_turn(touching.give_trials, touching.push_surface)
+press = in_turn(touching.take_pressures, touching.give_trials, touching.press_nodes)
+slide = in_turn(
+    touching.choose_rubbing, touching.spread_area, touching.rub_pairs, touching.drag_nodes, touching.settle_slips
+)
+record = in_turn(touching.add_up)
+react = in_turn(bodies.add_reactions)
 
 
-@cuda.jit
-def drift(dt, damping, nodes, shared):
-    if shared.counters[GOES] > 0:
-        for j in range(cuda.grid(1), nodes.moved.size, cuda.gridsize(1)):
-            bodies.drift_node(nodes.moved[j], dt, damping, nodes)
+@cuda.jit(**ONE_BLOCK)
+def groups(a):
+    thread, threads = cuda.threadIdx.x, cuda.blockDim.x
+    react(thread, threads, a)
+    if a.counters[arrays.GOES] > 0:
+        add_rows(thread, threads, a.groups.partial)
+        if thread == 0:
+            bodies.advance_groups(a.dt, a.groups)
 
 
-@cuda.jit
-def elements(dt, nodes, own, steels, shared):
-    """A block of threads is a block of elements."""
-    if shared.counters[GOES] > 0:
-        for lane in range(cuda.threadIdx.x, LANES, cuda.blockDim.x):
-            bodies.advance_element(own.computed[cuda.blockIdx.x], lane, dt, nodes, own, steels, shared.finite_forces)
+@cuda.jit(**ONE_BLOCK)
+def contact(a):
+    """Forces of a step."""
+    thread, threads = cuda.threadIdx.x, cuda.blockDim.x
+    if a.counters[arrays.GOES] > 0:
+        find_pairs(thread, threads, a)
+        for sweep in range(SWEEPS):
+            try_pressures(thread, threads, a)
+            touching.sweep_pairs(thread, threads, a, MOMENTUM if sweep > 0 else 0.0)
+            cuda.syncthreads()
+        press(thread, threads, a)
+        if a.contact.law.friction > 0.0:
+            slide(thread, threads, a)
+        record(thread, threads, a)
+        add_rows(thread, threads, a.contact.sums)
+        if thread == 0:
+            touching.close_step(a)
 
 
-@cuda.jit
-def small_elements(nodes, own, steels, shared):
-    if shared.counters[GOES] > 0:
-        for lane in range(cuda.threadIdx.x, LANES, cuda.blockDim.x):
-            bodies.force_small(cuda.blockIdx.x, lane, nodes, own, steels, shared.small_forces)
-
-
-@cuda.jit
-def gather(nodes, shared):
-    if shared.counters[GOES] > 0:
-        for j in range(cuda.grid(1), nodes.moved.size, cuda.gridsize(1)):
-            bodies.gather_force(nodes.moved[j], nodes, shared.forces)
-
-
-@cuda.jit
-def collect(nodes, t):
-    """Positions and velocities of surface nodes, for a search."""
-    for n in range(cuda.grid(1), t.local.size, cuda.gridsize(1)):
-        touching.collect_motion(n, nodes.x, nodes.v, t)
+# kernels in turn, each with how many items its threads share, None: one block
+MOVE = (
+    (groups, None),
+    (of_all(bodies.kick_nodes), lambda a: len(a.nodes.moved)),
+    (contact, None),
+    (of_all(bodies.impose_groups), lambda a: len(a.groups.members)),
+    (of_all(bodies.push_nodes), lambda a: len(a.contact.watched)),
+    (of_all(bodies.drift_nodes), lambda a: len(a.nodes.moved)),
+)
+FORCE = (
+    (of_all(bodies.advance_elements), lambda a: LANES * len(a.elements.computed)),
+    (of_all(bodies.force_small_elements), lambda a: LANES * len(a.small.material_of)),
+    (of_all(bodies.gather_forces), lambda a: len(a.nodes.moved)),
+)
+COLLECT = ((of_all(touching.collect_motion), lambda a: len(a.contact.local)),)
