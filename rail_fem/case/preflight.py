@@ -42,7 +42,7 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
         return [f"run.{model}.start, end: {error}"]
     if settings.error_twin == "calibrated" and (apart := why_not_calibrated(scene, settings)):
         errors.append(f'run.{model}.error_twin: "calibrated" was never tried on runs like this: {apart}; take true')
-    errors += [f"run.{model}.{error}" for error in unfit_for_card(scene, settings)]
+    errors += [f"run.{model}.{error}" for error in unfit_for_card(scene, settings, ranks)]
     errors += [f"run.{model}.{error}" for error in late_approach(scene, settings.start, settings)]
     errors = errors or _start_errors(scene, settings, model)
     if settings.mesh:

@@ -164,10 +164,10 @@ def _on_card(cells: float, settings: FeSettings) -> list[str]:
     """What the steps need on a card, where one makes them. The time above is that of cores."""
     if settings.device != "cuda":
         return []
-    from rail_fem.fe.card.fits import BYTES_PER_CELL
+    from rail_fem.fe.card.fits import room_on_card
 
-    text = "and the driver's own; the wall time is a core's, that of a card was never measured"
-    return [row("on the card", f"{cells * BYTES_PER_CELL / 1e9:.2g} GB", text)]
+    text = "with the driver's own; the wall time is a core's, that of a card was never measured"
+    return [row("on the card", f"{room_on_card(cells) / 1e9:.2g} GB", text)]
 
 
 def _memory(need: float, text: str) -> str:

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from rail_fem.case.casefile import Case
-from rail_fem.case.estimate import available_memory, memory_of
+from rail_fem.case.estimate import available_memory, estimate_run, memory_of
 from rail_fem.case.variations import as_setting, vary_case
 from rail_fem.files import lock
 from rail_fem.hierarchy import MODELS
@@ -32,6 +32,7 @@ from rail_fem.processes.stopping import end_with_parent
 from rail_fem.result.result import load
 from rail_fem.result.runfolder import MARK, differences, digest, fingerprint, only_profile_differs, owned
 from rail_fem.run.job import JobError, run_case
+from rail_fem.settings.explicit import FeSettings
 from rail_fem.settings.light import unfit_parts
 from rail_fem.sweeps.trends import CaseChanges
 
@@ -142,13 +143,30 @@ def at_a_time(jobs: list[Job], ranks: int, workers: Workers) -> tuple[Workers, s
     each_has = ranks if MODELS[jobs[0].model].parallel else 1
     cores, free = len(os.sched_getaffinity(0)), available_memory()
     fit = max(1, min(int(free / memory), cores // each_has))
-    if fit >= workers.count:
-        return workers, ""
     why = (
-        f"{fit} at a time in place of {workers.count}: each needs {memory / 1e9:.2g} GB and {each_has} core(s),"
+        f" at a time in place of {workers.count}: each needs {memory / 1e9:.2g} GB and {each_has} core(s),"
         f" {free / 1e9:.3g} GB and {cores} core(s) are free"
     )
-    return replace(workers, count=fit), why
+    there, free = on_card(jobs, ranks)
+    if there > 0 and (fit_there := max(1, int(free / there))) < fit:
+        fit = fit_there
+        why = f" at a time in place of {workers.count}: each needs {there / 1e9:.2g} of {free / 1e9:.3g} GB of the card"
+    return (replace(workers, count=fit), f"{fit}{why}") if fit < workers.count else (workers, "")
+
+
+def on_card(jobs: list[Job], ranks: int) -> tuple[float, float]:
+    """What the largest of these jobs takes of a graphics card's memory, 0 where none asks for one or none is there, and
+    what is free there [B]."""
+    explicit = ((job.case.scene, job.case.runs[job.model]) for job in jobs)
+    asks = [(scene, own) for scene, own in explicit if isinstance(own, FeSettings) and own.device == "cuda"]
+    if not asks:
+        return 0.0, 0.0
+    from rail_fem.fe.card.device import card_facts, missing
+    from rail_fem.fe.card.fits import room_on_card
+
+    if missing():  # the runs say it
+        return 0.0, 0.0
+    return max(room_on_card(estimate_run(*ask, ranks).cells) for ask in asks), float(card_facts().free)
 
 
 def run_job(job: Job, ranks: int, tries: int = 1) -> Outcome:

@@ -17,8 +17,10 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.case.casefile import load_case
-from rail_fem.case.estimate import BYTES_LIGHT
+from rail_fem.case.estimate import BYTES_LIGHT, estimate_run
 from rail_fem.case.preflight import preflight_errors
+from rail_fem.fe.card import device
+from rail_fem.fe.card.fits import room_on_card
 from rail_fem.hierarchy import MODELS
 from rail_fem.processes.pool import Workers, executor
 from rail_fem.result.result import PassResult, load
@@ -116,6 +118,21 @@ def test_no_more_runs_at_a_time_than_memory_and_cores_hold(cases, tmp_path, monk
     assert fewer.count == 2 and "2 at a time in place of 6: each needs 0.22 GB and 1 core(s), 0.55 GB" in why
     assert at_a_time(jobs[:1], 2, Workers(2)) == (Workers(2), "")
     assert at_a_time(jobs[:1], 2, Workers(6, "dask:Pool")) == (Workers(6, "dask:Pool"), "")
+
+
+def test_no_more_runs_at_a_time_than_a_card_holds(tmp_path, monkeypatch):
+    """Of workers that share a card, as many as there is room for on it, however much memory and cores there are."""
+    case = load_case(ROOT / "cases" / "nose_transfer.toml", {"run.fe_full.device": "cuda"})
+    jobs = jobs_of([case], tmp_path, ["fe_full"])
+    each = room_on_card(estimate_run(case.scene, case.runs["fe_full"]).cells)
+    card = device.CardFacts("one", (9, 0), "13.0", 8, int(2.5 * each))
+    monkeypatch.setattr("rail_fem.sweeps.sweep.available_memory", lambda: 1e12)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: range(8))
+    monkeypatch.setattr(device, "missing", lambda: "")
+    monkeypatch.setattr(device, "card_facts", lambda: card)
+    fewer, why = at_a_time(jobs, 1, Workers(6))
+    assert fewer.count == 2 and why.startswith("2 at a time in place of 6: each needs") and why.endswith("of the card")
+    assert at_a_time(jobs, 1, Workers(2)) == (Workers(2), "")
 
 
 @pytest.fixture

@@ -8,14 +8,21 @@ from rail_fem.settings.explicit import FeSettings
 # on the card: of an element state 160, nodes 32, forces 192, their places 64, works and volume 32; of a node, of which
 # there are about as many, 160; by counting the arrays of rail_fem.fe.card.bodies
 BYTES_PER_CELL = 640.0
+CONTEXT = 0.5e9  # what the driver takes of each process [B]: from memory, not measured
 
 
-def unfit_for_card(scene: Scene, settings: FeSettings) -> list[str]:
+def room_on_card(cells: float) -> float:
+    """That a pass of so many cells takes there [B]."""
+    return CONTEXT + cells * BYTES_PER_CELL
+
+
+def unfit_for_card(scene: Scene, settings: FeSettings, ranks: int) -> list[str]:
     """What forbids the case on a card, a line each; none where cores make the steps."""
     if settings.device != "cuda":
         return []
     steels = scene.materials.steels()
     lacks = {
+        f"{ranks} ranks: one drives it": ranks > 1,
         'element = "full": its kernel has the one-point element': settings.element == "full",
         "a steel with a law over cycles: its kernel has hardening curves": any(s.cyclic is not None for s in steels),
         "bearers: their beam is the processor's": scene.bearers is not None and settings.foundation,
