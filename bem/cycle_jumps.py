@@ -128,7 +128,6 @@ def run_cycles(
     judged: int | None = None,
     admit: Callable[[np.ndarray], np.ndarray] | None = None,
     cannot: type[Exception] = ArithmeticError,
-    progress: Callable[[int], None] | None = None,
 ) -> CycleHistory:
     """`cycles` of a load on a state.
 
@@ -138,7 +137,6 @@ def run_cycles(
         (all) are strains that drift, by which jumps are judged, the others are followed
     admit   : brings an extrapolated state within what the body can bear
     cannot  : raised by `cycle` or `admit` where no state follows: a jump that leads there is taken back
-    progress : called with the number of each window's last cycle
     Ends early, with nothing left to change, where a cycle changes no measure. Otherwise the last window is computed.
     Errors: what `cycle` raises where no jump led there; ValueError for bad numbers.
     """
@@ -147,8 +145,6 @@ def run_cycles(
     run = _Run(cycle, cycles, measure, drifts, rule, judged, admit or (lambda state: state))
     run.start(state)
     while run.last.end < cycles and not run.still():
-        if progress is not None:
-            progress(run.last.end)
         length = run.length()
         if length >= rule.window:
             run.jump(length, cannot)

@@ -8,12 +8,12 @@ import numpy as np
 class Mixing:
     """Next x of a fixed-point iteration.
 
-    depth : pairs that are remembered; the first steps go by `first` of the change only
+    depth : pairs that are remembered
     Source: Walker and Ni, SIAM J. Numer. Anal. 49 (2011) 1715, algorithm AA with undamped mixing (from memory).
     """
 
-    def __init__(self, depth: int = 6, first: float = 1.0) -> None:
-        self.depth, self.first = depth, first
+    def __init__(self, depth: int = 6) -> None:
+        self.depth = depth
         self.points: list[np.ndarray] = []
         self.answers: list[np.ndarray] = []
 
@@ -21,7 +21,7 @@ class Mixing:
         self.points = [*self.points[-self.depth :], point.ravel().copy()]
         self.answers = [*self.answers[-self.depth :], answer.ravel().copy()]
         if len(self.points) == 1:
-            return point + self.first * (answer - point)
+            return point + (answer - point)
         residuals = np.array(self.answers) - np.array(self.points)
         changes = np.diff(residuals, axis=0)
         weights = np.linalg.lstsq(changes.T, residuals[-1], rcond=1e-10)[0]

@@ -16,7 +16,7 @@ Source of the midpoint rule: Hairer, Norsett, Wanner, Solving Ordinary Different
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, Self
 
@@ -220,13 +220,7 @@ class Stepping:
     told_tolerance: float = np.inf
 
 
-def evolve(
-    site: Site,
-    passes: float,
-    stepping: Stepping,
-    start: Evolution | None = None,
-    said: Callable[[Rate], None] | None = None,
-) -> Iterator[Evolution]:
+def evolve(site: Site, passes: float, stepping: Stepping, start: Evolution | None = None) -> Iterator[Evolution]:
     """Wear the site by `passes` passes in all; yields the state after each block.
 
     Raises WornOutError where it is worn through, ValueError for a study that would need more than MOST_BLOCKS blocks.
@@ -243,8 +237,6 @@ def evolve(
             continue
         left = min(left, coming[0][0] - state.passes) if coming else left
         rate = site.rate(state.worn) if rate is None else rate
-        if said is not None:
-            said(rate)
         state, rate = _block(site, state, rate, left, stepping)
         yield state
     raise ValueError(

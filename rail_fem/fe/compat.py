@@ -141,17 +141,17 @@ def vectors_at_points(mesh, degree: int, count: int):
     """The space of `count` numbers at each Gauss point of the rule of a degree, and these points (p, d) of a cell."""
     import basix
 
-    name = mesh.ufl_cell().cellname()
-    points, _ = basix.make_quadrature(basix.cell.string_to_type(name), degree)
     try:
         import basix.ufl
 
-        element = basix.ufl.quadrature_element(name, value_shape=(count,), degree=degree)
+        cell = mesh.basix_cell()
+        element = basix.ufl.quadrature_element(cell, value_shape=(count,), degree=degree)
     except ImportError:
         import ufl
 
+        cell = basix.cell.string_to_type(mesh.ufl_cell().cellname())
         element = ufl.VectorElement("Quadrature", mesh.ufl_cell(), degree, dim=count, quad_scheme="default")
-    return function_space(mesh, element), points
+    return function_space(mesh, element), basix.make_quadrature(cell, degree)[0]
 
 
 def evaluate(expression, mesh, cells: np.ndarray) -> np.ndarray:

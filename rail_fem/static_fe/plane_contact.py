@@ -18,7 +18,7 @@ import numpy as np
 from bem.plane.body import Body
 from bem.steel.hardening import Hardening
 from rail_fem.static_fe.plane_strain import Fineness, PlaneBody
-from rail_fem.static_fe.small_strain import SmallStrainError
+from rail_fem.static_fe.small_strain import ELASTIC, SmallStrainError
 
 GAUSS = np.polynomial.legendre.leggauss(4)
 
@@ -170,7 +170,7 @@ class PressedBodies:
     @classmethod
     def build(
         cls, fixed: Body, moving: Body, fineness: Fineness, window: tuple[float, float],
-        hardening: Hardening | None = None,
+        hardening: Hardening = ELASTIC,
     ) -> PressedBodies:  # fmt: skip
         """Arguments as of solve_plane_contact; hardening : of the fixed body."""
         below, above = PlaneBody(fixed, fineness, hardening), PlaneBody(moving, fineness)

@@ -19,7 +19,7 @@ from bem.plane.mesh import Sizing, Zone
 from bem.steel.hardening import Hardening
 from geometry.meshing.triangles import fill_with_triangles
 from rail_fem.fe.compat import plane_mesh
-from rail_fem.static_fe.small_strain import SmallStrain, SmallStrainError, factor
+from rail_fem.static_fe.small_strain import ELASTIC, SmallStrain, SmallStrainError, factor
 
 CURVED = 6  # degree of the rule by which triangles at the outline have their elastic stiffness
 
@@ -87,7 +87,7 @@ class PlaneBody(SmallStrain):
     middle, last), the body on their left;  free : degrees of freedom that are not held
     """
 
-    def __init__(self, body: Body, fineness: Fineness, hardening: Hardening | None = None):
+    def __init__(self, body: Body, fineness: Fineness, hardening: Hardening = ELASTIC):
         corners, middles, names = boundary_nodes(body, fineness)
         self.body, n = body, len(corners)
         nodes, self.triangles = quadratic_triangles(corners, middles, fineness)

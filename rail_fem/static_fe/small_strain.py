@@ -39,6 +39,7 @@ from rail_fem.fe.compat import (
 )
 from rail_fem.fe.domain import VTK_TO_DOLFINX
 
+ELASTIC = Hardening.linear(1e30)  # yields nowhere
 RULE = 2  # degree of the Gauss points' rule: 3 points in a triangle, 2 along each side of other elements
 _MOST_STEPS, _PATIENCE = 30, 8
 _VOIGT = (0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)
@@ -98,7 +99,7 @@ class SmallStrain:
     """
 
     def __init__(
-        self, mesh, nodes: np.ndarray, elastic: Elastic, hardening: Hardening | None = None, degree: int = 1,
+        self, mesh, nodes: np.ndarray, elastic: Elastic, hardening: Hardening = ELASTIC, degree: int = 1,
         revolved: bool = False, mean_dilatation: bool = False, elastic_rule: int = RULE,
     ) -> None:  # fmt: skip
         self.mesh, self.nodes, self.elastic, self.hardening = mesh, nodes, elastic, hardening
@@ -266,8 +267,9 @@ class SmallStrain:
     @cached_property
     def _tangent(self):
         """1 - m_t, m_t - m_n, and the direction N at each point (bem.steel.return_map), and the form of them."""
-        values = fem.Function(vectors_at_points(self.mesh, RULE, 2 + len(self._to_deviator))[0])
-        isotropic, along, *normal = ufl.split(values)
+        count = 2 + len(self._to_deviator)
+        values = fem.Function(vectors_at_points(self.mesh, RULE, count)[0])
+        isotropic, along, *normal = (values[i] for i in range(count))
         one, two, normal = self._deviator(self._u), self._deviator(self._v), ufl.as_vector(normal)
         shape = isotropic * ufl.inner(one, two) + along * ufl.inner(normal, one) * ufl.inner(normal, two)
         return values, fem.form(self._over(2 * self._shear * shape))
@@ -309,7 +311,7 @@ def assembled(form, dof_of: np.ndarray) -> sparse.csr_matrix:
     return matrix[order][:, order]
 
 
-def solid(mesh: HexMesh, elastic: Elastic, hardening: Hardening | None = None, **options) -> SmallStrain:
+def solid(mesh: HexMesh, elastic: Elastic, hardening: Hardening = ELASTIC, **options) -> SmallStrain:
     """Trilinear hexahedra in the order of the mesh's nodes; options as of SmallStrain."""
     cells = mesh.cells[:, VTK_TO_DOLFINX].astype(np.int64)
     points = np.ascontiguousarray(mesh.points)
