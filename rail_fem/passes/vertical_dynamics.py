@@ -11,9 +11,7 @@ height under the wheel, which moves on along it.
 Source: Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), section II.1.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,9 +27,6 @@ from rail_fem.contact.contact_law import (
     lagging,
 )
 from rail_fem.passes.beam_kernel import BeamBand, band_solve, band_times, height_under, load_at
-
-if TYPE_CHECKING:
-    from rail_fem.passes.track_beam import TrackBeam
 
 SPRUNG, WHEEL, TRACK = range(3)  # of the masses of a pass
 CLOSED = 1e-15  # to which s is found [m]
@@ -229,40 +224,3 @@ def static_distance(load: float, law: ContactLaw) -> float:
         contact_forces(middle, height, at, out)
         low, high = (middle, high) if out.sum() > load else (low, middle)
     return (low + high) / 2
-
-
-class LinearSystem(Protocol):
-    """The linear part of what moves: mass (n,), stiffness (n, n), load (n,)."""
-
-    @property
-    def mass(self) -> np.ndarray: ...
-    @property
-    def stiffness(self) -> np.ndarray: ...
-    @property
-    def load(self) -> np.ndarray: ...
-
-
-def energy_columns(
-    system: LinearSystem, motion: PassMotion, contact: np.ndarray, beam: TrackBeam | None = None
-) -> dict[str, np.ndarray]:
-    """Energies (m,) [J] after each step. contact : (m + 1,) in the contacts at the ends of the steps [J]
-
-    external : weight and the motion over the path;  friction : taken by creep forces, < 0: given;  balance : what the
-    scheme loses, second order in the step.
-    """
-    q, v, summed = motion.position, motion.velocity, lambda work: np.r_[0.0, np.cumsum(work)]
-    parts = {
-        "kinetic": 0.5 * v**2 @ system.mass,
-        "springs": 0.5 * np.einsum("mi,ij,mj->m", q, system.stiffness, q),
-        "contact": contact,
-        "damping": summed(motion.loss),
-    }
-    if beam is not None:
-        parts["kinetic"] = parts["kinetic"] + beam.energy(beam.mass, motion.beam_velocity)
-        parts["springs"] = parts["springs"] + beam.energy(beam.stiffness, motion.beam_position)
-    if motion.friction is not None:
-        parts["friction"] = summed(motion.friction)
-    external = summed(motion.path_work) + (q - q[0]) @ system.load
-    balance = sum(parts.values()) - external
-    parts |= {"external": external, "balance": balance - balance[0]}
-    return {f"energy_{name}": values[1:] for name, values in parts.items()}

@@ -19,16 +19,7 @@ import numpy as np
 
 from geometry.surfaces.bodies import BODIES
 from rail_fem.contact.contact_law import ContactLaw, contact_energies
-from rail_fem.passes.vertical_dynamics import (
-    TRACK,
-    WHEEL,
-    BeamStart,
-    Masses,
-    PassMotion,
-    energy_columns,
-    integrate,
-    static_distance,
-)
+from rail_fem.passes.vertical_dynamics import TRACK, WHEEL, BeamStart, Masses, PassMotion, integrate, static_distance
 from rail_fem.result.events import peak_at
 from rail_fem.result.result import Peak
 from rail_fem.scene.scene import GRAVITY, Scene
@@ -37,6 +28,7 @@ from rail_fem.settings.light import PassSettings
 if TYPE_CHECKING:
     from rail_fem.passes.beam_results import BeamResults
     from rail_fem.passes.track_beam import BeamMotion, TrackBeam
+    from rail_fem.passes.wheelset_dynamics import WheelsetSystem
 
 Contacts = Callable[[np.ndarray], ContactLaw]  # wheel positions x (m,) [m] -> the law there
 March = Callable[..., "LightPass"]  # as run_pass
@@ -262,6 +254,32 @@ def common_history(run: LightPass) -> dict[str, np.ndarray]:
         **run.energies(),
         **run.columns,
     }
+
+
+def energy_columns(
+    system: Masses | WheelsetSystem, motion: PassMotion, contact: np.ndarray, beam: TrackBeam | None = None
+) -> dict[str, np.ndarray]:
+    """Energies (m,) [J] after each step. contact : (m + 1,) in the contacts at the ends of the steps [J]
+
+    external : weight and the motion over the path;  friction : taken by creep forces, < 0: given;  balance : what the
+    scheme loses, second order in the step.
+    """
+    q, v, summed = motion.position, motion.velocity, lambda work: np.r_[0.0, np.cumsum(work)]
+    parts = {
+        "kinetic": 0.5 * v**2 @ system.mass,
+        "springs": 0.5 * np.einsum("mi,ij,mj->m", q, system.stiffness, q),
+        "contact": contact,
+        "damping": summed(motion.loss),
+    }
+    if beam is not None:
+        parts["kinetic"] = parts["kinetic"] + beam.energy(beam.mass, motion.beam_velocity)
+        parts["springs"] = parts["springs"] + beam.energy(beam.stiffness, motion.beam_position)
+    if motion.friction is not None:
+        parts["friction"] = summed(motion.friction)
+    external = summed(motion.path_work) + (q - q[0]) @ system.load
+    balance = sum(parts.values()) - external
+    parts |= {"external": external, "balance": balance - balance[0]}
+    return {f"energy_{name}": values[1:] for name, values in parts.items()}
 
 
 def foundation_peak(run: LightPass) -> Peak:

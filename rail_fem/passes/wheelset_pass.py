@@ -22,8 +22,8 @@ from geometry.surfaces.bodies import BODIES
 from rail_fem.contact.contact_law import ContactLaw
 from rail_fem.contact.contact_table import ContactTable, contact_table
 from rail_fem.passes.lateral_equilibrium import lateral_equilibrium
-from rail_fem.passes.vertical_dynamics import PassMotion, energy_columns, static_distance
-from rail_fem.passes.vertical_pass import Contacts, LightPass, half_steps, scene_masses
+from rail_fem.passes.vertical_dynamics import PassMotion, static_distance
+from rail_fem.passes.vertical_pass import Contacts, LightPass, energy_columns, half_steps, scene_masses
 from rail_fem.passes.wheelset_dynamics import (
     HEIGHT,
     LATERAL,
@@ -119,18 +119,13 @@ def refuse_flange_on_nose(scene: Scene, system: WheelsetSystem, surfaces: Surfac
     across = float((position[:, LATERAL] + system.rolling_radius * position[:, ROLL]).max())
     if across < allowed:
         return
-    excess, clearance = across - allowed, system.stop[0]
-    held = (
-        f"the check rail lets the wheelset {across * 1e3:.2f} mm to the outside (flangeway"
-        f" {(scene.diverging.check_rail or 0.0) * 1e3:g} mm)"
-        if np.isfinite(clearance)
-        else f"nothing but the crossing holds the wheelset, {across * 1e3:.2f} mm to the outside"
-    )
-    remedy = (
-        f"a check_rail narrower by {excess * 1e3 + LATERAL_SPACING * 1e3:.1f} mm"
-        if np.isfinite(clearance)
-        else "a check_rail"
-    )
+    if np.isfinite(system.stop[0]):
+        flangeway, narrower = (scene.diverging.check_rail or 0.0) * 1e3, (across - allowed + LATERAL_SPACING) * 1e3
+        held = f"the check rail lets the wheelset {across * 1e3:.2f} mm to the outside (flangeway {flangeway:g} mm)"
+        remedy = f"a check_rail narrower by {narrower:.1f} mm"
+    else:
+        held = f"nothing but the crossing holds the wheelset, {across * 1e3:.2f} mm to the outside"
+        remedy = "a check_rail"
     raise ValueError(
         f"{held}: from {allowed * 1e3:.2f} mm on its flange strikes the nose at x = {x * 1e3:.0f} mm: give {remedy},"
         " less lateral_force or angle_of_attack"

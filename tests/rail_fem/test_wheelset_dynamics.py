@@ -11,8 +11,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.contact.contact_table import contact_table
 from rail_fem.models import rigid_hertz
 from rail_fem.passes.plastic_indentation import contacts_of
-from rail_fem.passes.vertical_dynamics import energy_columns
-from rail_fem.passes.vertical_pass import run_pass
+from rail_fem.passes.vertical_pass import energy_columns, run_pass
 from rail_fem.passes.wheelset_dynamics import (
     HEIGHT,
     LATERAL,
