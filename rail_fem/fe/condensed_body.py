@@ -39,12 +39,6 @@ class Condensed:
         terms = terms_at(self.powers, self.length, positions)
         return np.einsum("nk,kcf->ncf", terms, self.functions).reshape(3 * len(positions), -1)
 
-    def mass_at(self, point: np.ndarray) -> float:
-        """The least mass that a force at a point (3,) from the origin [m] moves, whatever its direction, where the
-        interface moves as a rigid body [kg]."""
-        at = self.at(point[None])[:, :RIGID]
-        return float(1 / np.linalg.eigvalsh(at @ np.linalg.solve(self.mass[:RIGID, :RIGID], at.T))[-1])
-
     def for_relaxation(self, frequency: float) -> Condensed:
         """The same body, whose coordinates all have a frequency [rad/s] and no share in the rigid motion's momentum."""
         return replace(self, mass=self.stiffness / frequency**2, momentum=0.0 * self.momentum, weight=0.0)

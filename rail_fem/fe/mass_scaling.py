@@ -8,15 +8,11 @@ Each body moves as a whole with the mass of the case, to round-off: its lumped m
 weighs (rail_fem.fe.supports.RigidGroup). A mesh can therefore never weigh more than its body. The wheel's rotation has
 the inertia of the case whatever the mesh weighs, for the mesh does not spin. What changes are waves within the bodies:
 they are slower by the root of the factor, so chatter and the first microseconds of an impact are not those of steel.
-
-A wheel's mesh on an elastic base moves by itself: what it gains is taken from the axle and weighs on the rim. 56 kg
-there take back a third of what an elastic wheel takes off an impact, so "auto" lets it gain no more than GAIN of what
-moves with it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +20,6 @@ import numpy as np
 from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.quality import eigen_length
 from geometry.surfaces.bodies import CROSSING, PassBody
-from rail_fem.fe.condensed_body import Condensed
 from rail_fem.fe.plan.mass_scaling import GAIN, SHARE, quasi_static_factor, quasi_static_step, transit_ratio
 from rail_fem.fe.slabs import Slabs
 from rail_fem.fe.structure import cell_masses, critical_steps, heavier
@@ -42,7 +37,8 @@ class MassScaling:
     rail_fem.fe.plan.mass_scaling.transit_ratio;  why : what decided the factor
     Where small elements alone are heavier: least_step : critical step that they are made heavy for [s], else 0;
     scaled : as `steel`, with the mass that is added;  slowness : the wheel's speed over that of waves in the elements
-    under it;  most : the largest factor that is possible, up to that"""
+    under it;  most : the largest factor that is possible, up to that
+    behind : mass of an elastic base of the wheel's mesh, part of the wheel and not of its `bodies` [kg]"""
 
     factor: float
     steel: dict[str, float]
@@ -53,6 +49,7 @@ class MassScaling:
     scaled: dict[str, float] | None = None
     slowness: float = 0.0
     most: float = 0.0
+    behind: float = 0.0
 
     @property
     def meshes(self) -> dict[str, float]:
@@ -83,29 +80,27 @@ def choose_scaling(
     mesh: HexMesh | None,
     comm,
     window: tuple[Slabs, Extent] | None = None,
-    behind: Condensed | None = None,
+    behind: float = 0.0,
 ) -> MassScaling:
     """The factor that the settings ask for. mesh : root only;  window : that travels with the wheel: what lies outside
-    is part of the rigid base and its mesh weighs what the base does;  behind : what the wheel's mesh stands on, where
-    that is elastic. Collective.
+    is part of the rigid base and its mesh weighs what the base does. Collective.
 
     Errors: ValueError where a mesh would weigh more than its body, with the largest factor that is possible.
     """
     steel = comm.bcast(None if mesh is None else mesh_masses(mesh, steel_masses(mesh, steels), window), root=0)
     bodies = {
         "crossing": _crossing_mass(scene, settings, steel["crossing"]),
-        "wheel": scene.vehicle.wheel_unsprung_mass - (0.0 if behind is None else behind.weight),
+        "wheel": scene.vehicle.wheel_unsprung_mass - behind,
     }
-    gains = {} if behind is None else {"wheel": GAIN * (steel["wheel"] + behind.mass_at(np.zeros(3)))}
-    scaling = MassScaling(1.0, steel, bodies, transit_ratio(scene, 1.0), "")
+    scaling = MassScaling(1.0, steel, bodies, transit_ratio(scene, 1.0), "", behind=behind)
     if settings.scaled_elements == "small" and settings.mass_scaling != 1.0:
         scaling = comm.bcast(
-            None if mesh is None else _of_small(scene, settings, steels, mesh, window, scaling, gains), root=0
+            None if mesh is None else _of_small(scene, settings, steels, mesh, window, scaling), root=0
         )
         _refuse_heavy(scaling)
         return scaling
     if isinstance(settings.mass_scaling, str):  # "auto"
-        scaling = _automatic(scene, scaling, gains)
+        scaling = _automatic(scene, scaling)
     else:
         scaling = replace(scaling, factor=settings.mass_scaling, why="as the case asks")
         _refuse_heavy(scaling)
@@ -142,10 +137,8 @@ def _of_small(
     mesh: HexMesh,
     window: tuple[Slabs, Extent] | None,
     scaling: MassScaling,
-    gains: Mapping[str, float],
 ) -> MassScaling:
-    """The critical step that small elements are made heavy for. gains : the most that "auto" lets a mesh gain where
-    that is less than a part of its body [kg]. Root only."""
+    """The critical step that small elements are made heavy for. Root only."""
     own, mass = critical_steps(mesh.points, mesh.cells, mesh.region, steels), steel_masses(mesh, steels)
     least = float(own.min())
     under_wheel = float(eigen_length(brick(settings.element_size, settings.along))[0])
@@ -155,7 +148,7 @@ def _of_small(
     else:  # "auto"
         step = max(least, quasi_static_step(scene, under_wheel))
         why = f"auto: waves in the elements under the wheel {under_wheel / scene.speed / step:.3g} times as fast as it"
-    limits = scaling.bodies if asked else {name: _most_by_auto(scaling, name, gains) for name in scaling.bodies}
+    limits = scaling.bodies if asked else {name: _most_by_auto(scaling, name) for name in scaling.bodies}
     allowed = _longest(least, step, lambda one: all(kg <= limits[name] for name, kg in meshes(one).items()))
     if allowed < step and not asked:
         step, found = allowed, meshes(allowed)
@@ -172,9 +165,10 @@ def _of_small(
     )
 
 
-def _most_by_auto(scaling: MassScaling, name: str, gains: Mapping[str, float]) -> float:
+def _most_by_auto(scaling: MassScaling, name: str) -> float:
     """What the mesh of a body may weigh with small elements heavier [kg]."""
-    return min(SHARE * scaling.bodies[name], scaling.steel[name] + gains.get(name, GAIN * scaling.bodies[name]))
+    whole = scaling.bodies[name] + (scaling.behind if name == "wheel" else 0.0)
+    return min(SHARE * scaling.bodies[name], scaling.steel[name] + GAIN * whole)
 
 
 def _longest(least: float, step: float, allowed: Callable[[float], bool]) -> float:
@@ -201,12 +195,8 @@ def _crossing_mass(scene: Scene, settings: FeSettings, steel: float) -> float:
     return scene.foundation.track_mass if settings.track_mass else steel
 
 
-def _automatic(scene: Scene, scaling: MassScaling, gains: Mapping[str, float]) -> MassScaling:
+def _automatic(scene: Scene, scaling: MassScaling) -> MassScaling:
     wanted, allowed = quasi_static_factor(scene), SHARE * scaling.largest
-    for name, gain in gains.items():
-        if (most := 1 + gain / scaling.steel[name]) < min(wanted, allowed):
-            why = f"auto: the mesh of the {name} gains {GAIN:.0%} of what moves with it"
-            return replace(scaling, factor=most, why=why)
     if allowed < wanted:
         heaviest = min(scaling.steel, key=lambda name: scaling.bodies[name] / scaling.steel[name])
         why = f"auto: the mesh of the {heaviest} weighs {SHARE:.0%} of its body"

@@ -97,7 +97,7 @@ def build_passage(
     steels = scene.materials.steels()
     extent = Extent(running.start, running.sign, *settings.window_lengths)
     weight = 0.0 if behind is None else behind.weight
-    scaling = choose_scaling(scene, settings, steels, mesh, comm, None if slabs is None else (slabs, extent), behind)
+    scaling = choose_scaling(scene, settings, steels, mesh, comm, None if slabs is None else (slabs, extent), weight)
     structure = Structure(
         domain,
         scaling.densities(steels),
