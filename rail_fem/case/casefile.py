@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -261,13 +262,22 @@ def _read_table(path: Path) -> dict[str, Any]:
 
 def _change(table: dict[str, Any], key: str, value: Any, path: Path) -> None:
     *sections, last = key.split(".")
+    if last.isdecimal():  # an entry of a list
+        holder = table
+        for section in sections:
+            holder = holder.get(section, {}) if isinstance(holder, dict) else {}
+        if not isinstance(holder, list) or int(last) >= len(holder):
+            told = f"{len(holder)} entries, the first is 0" if isinstance(holder, list) else "no list in this case"
+            raise CaseError(path, [f"{key}: cannot be changed, {sections[-1]} has {told}"])
+        key, value = ".".join(sections), [*holder[: int(last)], value, *holder[int(last) + 1 :]]
+        *sections, last = sections
     for section in sections:
         if isinstance(table.get(section), str) and sections[:2] == ["scene", "materials"]:
             table[section] = {"grade": table[section]}  # a steel may stand there by its grade alone
         table = table.setdefault(section, {})
         if not isinstance(table, dict):
             raise CaseError(path, [f"{key}: cannot be changed, {section} is no table"])
-    table[last] = value
+    table[last] = copy.deepcopy(value)  # a later key may change an entry of it
 
 
 def _read_section(section: type[Frozen], value: Any, key: str, context: dict, errors: list[str]) -> Any:

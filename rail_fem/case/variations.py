@@ -106,8 +106,11 @@ def read_variation(text: str) -> tuple[str, list[Any]]:
 
 
 def field_of(key: str) -> FieldInfo:
-    """The field of "scene.wheel.radius" or "run.lumped.start". Errors: VariationError that names the nearest."""
+    """The field of "scene.wheel.radius" or "run.lumped.start", of a list for one of its entries, "scene.bearers.
+    unlike_ballast.0". Errors: VariationError that names the nearest."""
     section, names = _section_of(key)
+    if names[-1].isdecimal():
+        names = names[:-1]
     for name in names[:-1]:
         inner = table_of(section.model_fields[name].annotation) if name in section.model_fields else None
         if inner is None:
@@ -122,7 +125,10 @@ def value_of(case: Case, key: str) -> Any:
     """What a case has under such a key [SI]; None where it leaves it to the program or has no such table."""
     holder: Any = {"scene": case.scene, "run": case.runs}
     for name in key.split("."):
-        holder = holder.get(name) if isinstance(holder, Mapping) else getattr(holder, name, None)
+        if isinstance(holder, tuple) and name.isdecimal():
+            holder = holder[int(name)] if int(name) < len(holder) else None
+        else:
+            holder = holder.get(name) if isinstance(holder, Mapping) else getattr(holder, name, None)
     return holder
 
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from rail_fem.commands.ending import refusing, say
+from rail_fem.commands.ending import RUN_FAILED, refusing, say, stop
 from rail_fem.commands.options import not_a_runs
 
 FEWEST_ROWS = 3  # of a history that can be filtered
@@ -16,17 +16,83 @@ CutoffOption = Annotated[
 
 
 def measured(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run")],
-    record: Annotated[
-        Path, typer.Argument(metavar="RECORD", help="CSV with units in its titles: time [ms], force [kN]")
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="DIR|CASE RECORD...",
+            help="folder of a run, or with --find a case file; CSV with units in its titles: time [ms], force [kN]",
+        ),
     ],
     cutoffs: CutoffOption = None,
     reach: Annotated[
         str | None, typer.Option(help='largest shift along the track, e.g. "500 mm"; "0 mm": none; default: any')
     ] = None,
     draw: Annotated[Path | None, typer.Option(callback=not_a_runs, help="draw both into this PNG file")] = None,
+    find: Annotated[
+        list[str] | None,
+        typer.Option(help='KEY=LOW..HIGH: an unknown of the case, "scene.foundation.stiffness=60 kN/mm..300 kN/mm"'),
+    ] = None,
+    each: Annotated[
+        list[str] | None,
+        typer.Option(help='with --find: the same, of each record by itself: "scene.gauge=1432 mm..1438 mm"'),
+    ] = None,
+    bearers: Annotated[
+        str | None, typer.Option(help='with --find: bearers that may hang, by their numbers: "0,1,2"')
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="with --find: folder of trials, report and figures")] = None,
+    trials: Annotated[int, typer.Option(help="with --find: passes over other scenes", min=20)] = 128,
+    workers: Annotated[int, typer.Option(help="with --find: trials at a time", min=1, max=1024)] = 2,
 ) -> None:
-    """Hold a measured force or acceleration against a run: filter both alike, align by position, score."""
+    """Hold a measured force or acceleration against a run: filter both alike, align by position, score.
+
+    With --find and a case in place of the run: what records of sleeper, axle box or casting say of the crossing, which
+    bearer to pack and which metal to grind, into OUT/inversion.md, state.png and inversion.png. Each record is a pass;
+    lines before its titles may say where the accelerometer is and what else is known of that pass.
+    """
+    against, records = _sorted(files)
+    if find or bearers:
+        _find(against, records, find or [], each or [], bearers, out, trials, workers, reach)
+        return
+    if each or out is not None or len(records) != 1:
+        stop("give a run's folder and one record; several, --each and --out are for --find")
+    _beside(against, records[0], cutoffs, reach, draw)
+
+
+def _sorted(files: list[Path]) -> tuple[Path, list[Path]]:
+    """The run or case, and the records, in whatever order they were given."""
+    against = [path for path in files if path.is_dir() or path.suffix == ".toml"] or files[:1]
+    if len(against) > 1 or len(files) < 2:
+        stop("give one folder of a run, or one case file with --find, and a record")
+    return against[0], [path for path in files if path != against[0]]
+
+
+def _find(
+    case: Path,
+    records: list[Path],
+    find: list[str],
+    each: list[str],
+    bearers: str | None,
+    out: Path | None,
+    trials: int,
+    workers: int,
+    reach: str | None,
+) -> None:
+    from rail_fem.design.inversion import invert
+    from rail_fem.design.inversion_report import write_inversion
+    from rail_fem.design.state import state_problem
+    from rail_fem.processes.pool import Lost, Workers
+
+    if out is None:
+        stop("--find: give --out, the folder of trials, report and figures")
+    with refusing():
+        problem = state_problem(case, records, find, each, bearers, trials, reach)
+        try:
+            say("\n" + write_inversion(problem, invert(problem, out, Workers(workers), say), out))
+        except Lost as error:
+            stop(f"a trial is lost: {error}: start again, it goes on where it was", RUN_FAILED)
+
+
+def _beside(folder: Path, record: Path, cutoffs: list[str] | None, reach: str | None, draw: Path | None) -> None:
     from rail_fem.measurement.record import of_result, read_record
     from rail_fem.measurement.report import record_figure, score_table
     from rail_fem.measurement.score import align, score

@@ -9,14 +9,14 @@ import numpy as np
 from scipy.stats import qmc
 
 from rail_fem.design.correction import learned, proven_numbers, with_common
-from rail_fem.design.observations import FactGroup
-from rail_fem.design.posterior import LEAST_TRIALS, SAMPLES, Known, form_of, interval, known_by_trials, sample
+from rail_fem.design.posterior import LEAST_TRIALS, SAMPLES, Fact, Known, form_of, interval, known_by_trials, sample
 from rail_fem.design.problem import DesignError, Problem
 from rail_fem.design.proof import ProofRun
 from rail_fem.design.search import SearchRecord, Trial, rounded, trials_by
 from rail_fem.processes.pool import Pool, Workers
 
 FOLDS = 8  # of the trials that are spread over the bounds, each found again by the others
+BEST, NEAR = 10, 0.01  # trials about which others are made, and their least distance over the bounds
 FORMS = np.linspace(0, 1, 25)  # between their bounds, at which a trial is judged
 
 
@@ -24,8 +24,8 @@ FORMS = np.linspace(0, 1, 25)  # between their bounds, at which a trial is judge
 class Inversion:
     """known : facts and emulators;  samples (m, k + 1) : of the posterior, unknowns and error of form between their
     bounds 0 and 1;  without (g, k + 1, 2) : mean and standard deviation of each unknown with one group of facts left
-    out;  start : the case as it is;  likely : the trial that the facts make most likely;  trials : all, the last `late`
-    that could be run where the facts make scenes likely"""
+    out, none of a group alone;  start : the case as it is;  likely : the trial that the facts make most likely;
+    trials : all, the last `late` that could be run where the facts make scenes likely"""
 
     known: list[Known]
     samples: np.ndarray
@@ -59,12 +59,32 @@ def invert(
             known = _known(problem, trials, late, proofs)
             samples = sample(known, len(design.vary), design.seed + number)
             drawn = samples[:: max(1, 4 * len(samples) // design.trials), :-1]
+            if problem.records:
+                drawn[::2] = _about_best(problem, trials, known, len(drawn[::2]), design.seed + number)
             more = _made(record, pool, scaled_back(problem, drawn))
             trials, late = trials + more, late + len(_run(more))
             say(f"{len(trials)} trials, of them {late} where the facts make scenes likely")
+        if problem.records:  # a trace is met by few: the likeliest sample becomes a trial, that the fit be seen
+            known = _known(problem, trials, late, proofs)
+            samples = sample(known, len(design.vary), design.seed, SAMPLES // 4)
+            at = np.argmax(np.sum([one.log_likelihood(samples) for one in known], axis=0))
+            more = _made(record, pool, scaled_back(problem, samples[at : at + 1, :-1]))
+            trials, late = trials + more, late + (len(_run(more)) if late else 0)
         if design.guess and not earlier:
             trials = _made(record, pool, np.array([design.guessed])) + trials
     return judged(problem, trials, late, start, proofs)
+
+
+def _about_best(problem: Problem, trials: Sequence[Trial], known: Sequence[Known], count: int, seed: int) -> np.ndarray:
+    """(count, k)  between the bounds 0 and 1, about the trials that meet the records best by themselves: where an
+    emulator of a trace is far off it does not know where to look. Moves as in posterior."""
+    rng = np.random.default_rng([seed, count])
+    ranked = sorted(_run(trials), key=lambda trial: -likelihood(problem, trial, known))
+    best = scaled(problem, np.array([trial.values for trial in ranked[: max(BEST, len(problem.design.vary) + 2)]]))
+    one, two, three = rng.integers(len(best), size=(3, count))
+    at = best[np.minimum(one, two)] + rng.uniform(0.3, 0.9, (count, 1)) * (best[two] - best[three])
+    at = np.abs(at + NEAR * rng.standard_normal(at.shape))
+    return (1 - np.abs(1 - at)).clip(0, 1)
 
 
 def judged(
@@ -72,7 +92,9 @@ def judged(
 ) -> Inversion:
     """What trials say, corrected by all runs of the explicit model of some of them."""
     known, count, seed = _known(problem, trials, late, proofs), len(problem.design.vary), problem.design.seed
-    left_out = [sample([*known[:k], *known[k + 1 :]], count, seed) for k in range(len(known))]
+    fewer = SAMPLES // 4 if problem.records else SAMPLES  # of traces: each takes longer
+    others = [[*known[:k], *known[k + 1 :]] for k in range(len(known))] if len(known) > 1 else []
+    left_out = [sample(those, count, seed, fewer) for those in others]
     without = np.array([np.column_stack([own.mean(axis=0), own.std(axis=0)]) for own in left_out])
     start, *run = corrected(problem, [start, *_run(trials)], proofs)
     likely = max(run, key=lambda trial: likelihood(problem, trial, known))
@@ -87,7 +109,7 @@ def corrected(problem: Problem, trials: Sequence[Trial], proofs: Sequence[ProofR
     return [replace(trial, corrected=correction.of(problem, trial.values, trial.numbers)) for trial in trials]
 
 
-def scatter_of(problem: Problem, group: FactGroup, proofs: Sequence[ProofRun]) -> tuple[float, int]:
+def scatter_of(problem: Problem, group: Fact, proofs: Sequence[ProofRun]) -> tuple[float, int]:
     """Root mean square of what the correction by all other proofs misses of each, in the group's facts of its pass, as
     compared (0 where there is one proof alone); and how many of the group's passes have a proof."""
     missed: list[float] = []
@@ -116,7 +138,7 @@ def scaled_back(problem: Problem, points: np.ndarray) -> np.ndarray:
     return low + points * (high - low)
 
 
-def facts_of(problem: Problem, group: FactGroup, numbers: np.ndarray) -> np.ndarray:
+def facts_of(problem: Problem, group: Fact, numbers: np.ndarray) -> np.ndarray:
     """(n, len(group.value))  what trials' numbers (n, m) make of a group, as compared."""
     return group.of(numbers[:, [problem.columns.index(column) for column in group.columns]])
 

@@ -9,9 +9,11 @@ from matplotlib.figure import Figure
 from rail_fem.design.inversion import Inversion, facts_of, scaled, scaled_back
 from rail_fem.design.posterior import form_of
 from rail_fem.design.problem import Problem
+from rail_fem.design.record_facts import RecordFact
+from rail_fem.design.record_report import record_words, state_figure
 from rail_fem.files.markdown import markdown_table
 from rail_fem.show.style import GREY, NOSE, TOTAL, WING, new_figure
-from rail_fem.show.table_and_figure import write_table_and_figure
+from rail_fem.show.table_and_figure import write_figure, write_table_and_figure
 
 OPEN_WIDTH = 0.75  # of the bounds: an unknown whose 95 % interval is as wide is not known by these facts
 DECIDES = 0.25  # change of an unknown's standard deviation or mean, in its own, that a group's absence has to make
@@ -23,6 +25,8 @@ def write_inversion(problem: Problem, found: Inversion, out: Path) -> str:
     folder = Path(out)
     draw = lambda: inversion_figure(problem, found)
     write_table_and_figure(folder / "inversion.md", text, folder / "inversion.png", draw)
+    if problem.records:
+        write_figure(folder / "state.png", lambda: state_figure(problem, found))
     return text
 
 
@@ -38,25 +42,32 @@ def inversion_report(problem: Problem, found: Inversion) -> str:
     form = 100 * form_of(np.r_[found.samples[:, -1].mean(), found.interval[:, -1]])
     return "\n".join(
         [
-            f"# The scene behind {Path(design.observations).name}, by {design.model}",
+            f"# The scene behind {design.source}, by {design.model}",
             "",
             f"{len(found.trials)} trials, {sum(bool(trial.fault) for trial in found.trials)} of them could not be run"
             f" (seed {design.seed}).",
             f"Relative error of the model's form: {form[0]:.1f} % ({form[1]:.1f} to {form[2]:.1f} %).",
             "",
+            *(record_words(problem, found) if problem.records else []),
             *markdown_table(["unknown", "bounds", "mean", "95 %", "width over the bounds", "most likely trial"], rows),
             "",
-            *markdown_table(
-                ["fact", "pass", "printed", "start", "most likely", "of it correction", "scatter of it"],
-                _facts(problem, found),
-            ),
-            "",
-            "Without one group of facts each, the standard deviation of each unknown over that with all, in brackets by"
-            f" how many of these its mean moves; blank below {DECIDES:g}:",
-            "",
-            *markdown_table(["left out", *(v.label.replace("\n", " ") for v in design.vary)], _influence(found)),
+            *_fact_table(problem, found),
+            *_without(problem, found),
         ]
     )
+
+
+def _without(problem: Problem, found: Inversion) -> list[str]:
+    """Which group of facts decides what; none of one alone."""
+    if not len(found.without):
+        return []
+    head = ["left out", *(v.label.replace("\n", " ") for v in problem.design.vary)]
+    return [
+        "Without one group of facts each, the standard deviation of each unknown over that with all, in brackets by how"
+        f" many of these its mean moves; blank below {DECIDES:g}:",
+        "",
+        *markdown_table(head, _influence(found)),
+    ]
 
 
 def coverage_words(problem: Problem, found: np.ndarray) -> str:
@@ -68,7 +79,7 @@ def coverage_words(problem: Problem, found: np.ndarray) -> str:
         "",
     ]
     rows = [
-        [v.key, f"{100 * own.mean():.0f} %", f"{100 * w.mean():.0f} %"]
+        [v.name, f"{100 * own.mean():.0f} %", f"{100 * w.mean():.0f} %"]
         for v, own, w in zip(problem.design.vary, inside.T, width.T)
     ]
     return "\n".join([*lines, *markdown_table(["unknown", "inside", "mean width over the bounds"], rows)])
@@ -78,10 +89,18 @@ def _share(width: float) -> str:
     return f"{100 * width:.0f} %" + (" (not known)" if width >= OPEN_WIDTH else "")
 
 
+def _fact_table(problem: Problem, found: Inversion) -> list[str]:
+    head = ["fact", "pass", "printed", "start", "most likely", "of it correction", "scatter of it"]
+    rows = _facts(problem, found)
+    return [*markdown_table(head, rows), ""] if rows else []
+
+
 def _facts(problem: Problem, found: Inversion) -> list[list[str]]:
     rows = []
     for one in found.known:
         group = one.group
+        if isinstance(group, RecordFact):
+            continue
         sides = [facts_of(problem, group, trial.expected[None])[0] for trial in (found.start, found.likely)]
         shifts = sides[1] - facts_of(problem, group, found.likely.numbers[None])[0]
         bound = {"": "", "least": ">= ", "most": "<= "}[group.bound]
@@ -140,7 +159,7 @@ def inversion_figure(problem: Problem, found: Inversion) -> Figure:
     start = scaled(problem, likely[None])[0]
     beside = " (at a bound)" if ((start < 0.01) | (start > 0.99)).any() else ""
     figure.suptitle(
-        f"What {Path(problem.design.observations).name} says of the scene, by {problem.design.model}: 95 % intervals"
+        f"What {problem.design.source} says of the scene, by {problem.design.model}: 95 % intervals"
         f" grey, the most likely trial orange{beside}",
         fontsize=13,
     )
@@ -154,10 +173,8 @@ def _draw_facts(problem: Problem, found: Inversion, axes) -> None:
     for trial, words, colour, marker in ((found.start, "start", GREY, "s"), (found.likely, "most likely", NOSE, "D")):
         for row, one in enumerate(found.known):
             group = one.group
-            spread = np.hypot(group.spread, form if group.relative else 0.0)
-            beside = (facts_of(problem, group, trial.expected[None])[0] - group.values) / spread
-            if group.bound:
-                beside = np.minimum(beside, 0) if group.bound == "least" else np.maximum(beside, 0)
+            own = [problem.columns.index(column) for column in group.columns]
+            beside = group.missed(trial.expected[own], form)
             axes.plot(
                 beside.clip(-6, 6),
                 np.full(len(beside), row),

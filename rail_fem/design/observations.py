@@ -15,6 +15,7 @@ bound = "least"                      # none: the value itself; "least", "most": 
 value = { case_01 = "234 kN", case_02 = "172.5 kN" }       # by pass
 """
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal
 
@@ -95,6 +96,15 @@ class FactGroup(Frozen):
         with np.errstate(divide="ignore", invalid="ignore"):
             found = np.log(found) if self.relative else found
         return np.where(np.isfinite(found), found, np.nan)
+
+    def places(self, passes: Iterable[str]) -> list[int]:
+        """Which of the emulator's answers are those of some of its passes."""
+        return [list(self.value).index(name) for name in passes]
+
+    def missed(self, numbers: np.ndarray, form: float) -> np.ndarray:
+        """(n,)  by how many standard deviations of source and form."""
+        beside = (self.of(numbers[None])[0] - self.values) / np.hypot(self.spread, form if self.relative else 0.0)
+        return {"least": np.minimum(beside, 0), "most": np.maximum(beside, 0)}.get(self.bound, beside)
 
     def log_likelihood(self, found: np.ndarray, error: np.ndarray, form: np.ndarray, proven: int = 0) -> np.ndarray:
         """(m,)  of `of` (m, n), up to a constant.

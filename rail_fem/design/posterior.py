@@ -12,9 +12,11 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import qmc
 
-from rail_fem.design.emulator import Emulator, judged_emulator
+from rail_fem.design.emulator import FOLDS, Emulator, judged_emulator
 from rail_fem.design.observations import FORM, FactGroup
+from rail_fem.design.record_facts import Judge, RecordFact
 
+Fact = FactGroup | RecordFact
 SAMPLES = 1024
 MOVES = 8  # of each sample at each temperature
 LAST_MOVES = 40
@@ -27,29 +29,55 @@ LEAST_TRIALS = 20  # by which an emulator can be made
 
 @dataclass(frozen=True)
 class Known:
-    """A group of facts and what stands in for the model. scatter : of the explicit model's answers about the light
-    model's as corrected, as compared;  proven : passes that have told of it"""
+    """A group of facts, or a record, and what stands in for the model. scatter : of the explicit model's answers
+    about the light model's as corrected, as compared;  proven : passes that have told of it"""
 
-    group: FactGroup
+    group: Fact
     model: Emulator
     local: np.ndarray  # (trials of the emulator,) whether by them its error is judged
     scatter: float = 0.0
     proven: int = 0
 
-    def of(self, group: FactGroup) -> "Known":
+    def of(self, group: Fact) -> "Known":
         """The same of a group of some of its passes."""
-        own = [list(self.group.value).index(name) for name in group.value]
-        return replace(self, group=group, model=self.model.only(own))
+        return replace(self, group=group, model=self.model.only(self.group.places(group.value)))
 
     @cached_property
     def error(self) -> np.ndarray:
         """(n, n)  covariance of the errors of emulator and correction about 0."""
         missed = self.model.residuals[self.local]
-        return missed.T @ missed / len(missed) + self.scatter**2 * np.eye(missed.shape[1])
+        found = missed.T @ missed / len(missed)
+        if isinstance(self.group, RecordFact):
+            found = _error_of_many(missed)
+        return found + self.scatter**2 * np.eye(missed.shape[1])
 
     def log_likelihood(self, samples: np.ndarray) -> np.ndarray:
         """(m,)  at samples (m, k + 1): unknowns and error of form, each between its bounds 0 and 1."""
-        return self.group.log_likelihood(self.model(samples[:, :-1]), self.error, form_of(samples[:, -1]), self.proven)
+        found, form = self.model(samples[:, :-1]), form_of(samples[:, -1])
+        if self._judge is not None:
+            return self._judge(found, form)
+        return self.group.log_likelihood(found, self.error, form, self.proven)
+
+    @cached_property
+    def _judge(self) -> Judge | None:
+        """Of a record, what is made once for all samples."""
+        return self.group.judge(self.error, self.proven) if isinstance(self.group, RecordFact) else None
+
+
+def _error_of_many(missed: np.ndarray) -> np.ndarray:
+    """(n, n)  of residuals (m, n), where trials may be fewer than numbers: half their covariance and half its diagonal
+    where they are as many, and so large that CENTRAL of the trials, each by the others', lie within it."""
+
+    def alike(own: np.ndarray) -> np.ndarray:
+        trials, count = own.shape
+        together = own.T @ own / trials
+        return (trials * together + count * np.diag(np.diag(together))) / (trials + count)
+
+    number, square = np.arange(len(missed)) % FOLDS, np.empty(len(missed))
+    for fold in range(FOLDS):
+        own, others = missed[number == fold], alike(missed[number != fold])
+        square[number == fold] = (own * np.linalg.solve(others, own.T).T).mean(axis=1)
+    return alike(missed) * max(1.0, float(np.quantile(square, CENTRAL)))
 
 
 def form_of(share: np.ndarray) -> np.ndarray:
@@ -59,11 +87,7 @@ def form_of(share: np.ndarray) -> np.ndarray:
 
 
 def known_by_trials(
-    groups: Sequence[FactGroup],
-    columns: Sequence[tuple[str, str]],
-    points: np.ndarray,
-    numbers: np.ndarray,
-    local: int = 0,
+    groups: Sequence[Fact], columns: Sequence[tuple[str, str]], points: np.ndarray, numbers: np.ndarray, local: int = 0
 ) -> list[Known]:
     """Emulators of all groups.
 

@@ -37,9 +37,22 @@ likely each scene is by them (rail_fem.design.inversion).
 
 observations = "../thesis/observations.toml"
 rounds = 4                            # of `trials` / 4 each, drawn where the scenes are likely
+
+Or records of accelerometers (rail_fem.measurement.record), one a pass, alone or beside such a file:
+
+[[pass]]
+name = "bearer 1, first train"
+record = "bearer_1.csv"               # beside this file
+set = { "scene.speed" = "62 mph" }
+
+[[vary]]
+key = "scene.gauge"                   # half of it is a lateral position
+only = "bearer 1, first train"        # an unknown of this pass alone
+low = "1431 mm"
+high = "1437 mm"
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
@@ -47,17 +60,22 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, model_validator
 
-from rail_fem.case.casefile import load_case
+from rail_fem.case.casefile import Case, load_case
 from rail_fem.case.casetext import read_as
 from rail_fem.case.variations import VariationError, field_of, value_of
 from rail_fem.design.observations import FactGroup, read_facts
+from rail_fem.design.record_facts import RecordFact
 from rail_fem.hierarchy import MODELS, solve
+from rail_fem.measurement.record import RecordError, read_record
+from rail_fem.measurement.trace import Trace, trace_of
 from rail_fem.result.quantities import two_now
 from rail_fem.scene.base import Count, Frozen
 from rail_fem.scene.input_errors import meaning, quantity_of, suggest
 from rail_fem.scene.units import NUMBER_THEN_UNIT, QuantityError, parse, si_factor
+from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.sweeps.trends import MEASURES
 
+RECORDED_BY = "rigid_hertz"  # the model that knows where an accelerometer is
 FAILED = 10.0  # objective of a trial that cannot be run: ten times the start's
 LARGEST_SEED = 2**32 - 1  # that NumPy's generator takes
 
@@ -72,6 +90,12 @@ class Variable(Frozen):
     key: str
     low: str | float
     high: str | float
+    only: str = ""  # the pass that has it; none: all
+
+    @property
+    def name(self) -> str:
+        """Key, and of a pass alone the pass."""
+        return f"{self.key} of {self.only}" if self.only else self.key
 
     @property
     def unit(self) -> str:
@@ -86,8 +110,10 @@ class Variable(Frozen):
 
     @property
     def title(self) -> str:
-        """Key without its section, and unit."""
-        return f"{self.key.rsplit('.', 1)[-1]} [{self.unit}]" if self.unit else self.key.rsplit(".", 1)[-1]
+        """Key without its section, what it is of, and unit."""
+        entry = self.key.rsplit(".", 2 if self.key[-1].isdecimal() else 1)[1:]
+        words = " ".join([*entry, *(["of", self.only] if self.only else [])])
+        return f"{words} [{self.unit}]" if self.unit else words
 
     @property
     def label(self) -> str:
@@ -97,7 +123,7 @@ class Variable(Frozen):
     @property
     def words(self) -> str:
         """What it is, and its key."""
-        return f"{meaning(field_of(self.key)).partition(';')[0]} ({self.key})"
+        return f"{meaning(field_of(self.key)).partition(';')[0]} ({self.name})"
 
     def read(self, value: str | float) -> float:
         """A case file's value in `unit`. Errors: ValueError that names the key."""
@@ -125,6 +151,7 @@ class Pass(Frozen):
     weight: Annotated[float, Field(gt=0, le=1e6)] = 1.0
     set: dict[str, Any] = Field(default_factory=dict)
     proven: bool = True  # by --prove; else it is searched on alone
+    record: str = ""  # a file of what was measured of it, beside this one
 
 
 class Objective(Frozen):
@@ -168,6 +195,7 @@ class Design(Frozen):
     objective: tuple[Objective, ...] = ()
     observations: str = ""  # a file of facts in place of objectives
     rounds: Annotated[Count, Field(ge=0, le=100)] = 4  # of trials where the facts make scenes likely
+    reach: str = "100 mm"  # how far a record's positions, where it has such, may be off
 
     @model_validator(mode="after")
     def _model_is_light(self) -> "Design":
@@ -176,24 +204,40 @@ class Design(Frozen):
             raise ValueError(
                 f'model "{self.model}" is no light model{suggest(self.model, light)}: a search takes {", ".join(light)}'
             )
-        if bool(self.objective) == bool(self.observations):
-            raise ValueError("give objectives, or observations in their place")
+        if bool(self.objective) == bool(self.source):
+            raise ValueError("give objectives, or observations or records in their place")
+        if self.recorded and self.model != RECORDED_BY:
+            raise ValueError(f"records are held against {RECORDED_BY}: leave {self.model} out, or the records")
+        if not parse(self.reach, "mm")[1] > 0:
+            raise ValueError(f"reach: {self.reach} must be positive")
         passes = [p.name for p in (*self.passes, *self.checks)]
-        for what, names in (("key", [v.key for v in self.vary]), ("pass", passes)):
+        for what, names in (("key", [v.name for v in self.vary]), ("pass", passes)):
             if len(set(names)) < len(names):
                 raise ValueError(f"{what} {sorted(n for n in names if names.count(n) > 1)[0]} stands twice")
-        if self.guess and {*self.guess} != {v.key for v in self.vary}:
+        if self.guess and {*self.guess} != {v.name for v in self.vary}:
             raise ValueError("guess: give a value for every key that varies and for no other")
         if any(not low <= x <= high for x, (low, high) in zip(self.guessed, (v.bounds for v in self.vary))):
             raise ValueError("guess: a value lies outside its bounds")
         if not any(one.proven for one in self.passes):
             raise ValueError("proven = false in every pass: leave it out of those that --prove is to run")
+        if strange := [v.only for v in self.vary if v.only and v.only not in passes]:
+            raise ValueError(f"only = {strange[0]} is none of the passes{suggest(strange[0], passes)}")
         return self
 
     @property
     def guessed(self) -> list[float]:
         """(k,)  `guess` in the variables' units, empty without one."""
-        return [v.read(self.guess[v.key]) for v in self.vary] if self.guess else []
+        return [v.read(self.guess[v.name]) for v in self.vary] if self.guess else []
+
+    @property
+    def recorded(self) -> tuple[Pass, ...]:
+        """The passes that have a record."""
+        return tuple(one for one in self.passes if one.record)
+
+    @property
+    def source(self) -> str:
+        """Names of the files that an inversion goes by."""
+        return ", ".join(Path(name).name for name in (self.observations, *(p.record for p in self.recorded)) if name)
 
     @property
     def proven(self) -> tuple[Pass, ...]:
@@ -207,7 +251,7 @@ class Problem:
 
     design: Design
     case: Path
-    facts: tuple[FactGroup, ...] = ()
+    facts: tuple[FactGroup | RecordFact, ...] = ()
 
     @property
     def columns(self) -> list[tuple[str, str]]:
@@ -220,9 +264,21 @@ class Problem:
         quantities = [objective.quantity for objective in self.design.objective] or sorted({q for _, q in asked})
         return [(one.name, q) for one in passes for q in quantities if not asked or (one.name, q) in asked]
 
-    def changes(self, values: np.ndarray | None) -> dict[str, Any]:
-        """Keys of the case with their values; none for the case as it is."""
-        return {} if values is None else {v.key: v.text(x) for v, x in zip(self.design.vary, values)}
+    def changes(self, values: np.ndarray | None, of: str = "") -> dict[str, Any]:
+        """Keys of the case with their values, of all passes and of the one named; none for the case as it is."""
+        own = lambda variable: variable.only in ("", of)
+        return {} if values is None else {v.key: v.text(x) for v, x in zip(self.design.vary, values) if own(v)}
+
+    def changed(self, values: np.ndarray | None, one: Pass) -> Case:
+        """The case in a pass. Errors: CaseError."""
+        # what the pass sets may be a list of which an entry varies
+        changes = one.set | self.changes(values, one.name) | one.set
+        return load_case(self.case, changes).by(self.design.model)
+
+    @property
+    def records(self) -> list[RecordFact]:
+        """Those of the facts that are records."""
+        return [fact for fact in self.facts if isinstance(fact, RecordFact)]
 
     @cached_property
     def start_values(self) -> np.ndarray:
@@ -234,14 +290,21 @@ class Problem:
     def numbers(self, values: np.ndarray | None, passes: tuple[Pass, ...] = ()) -> np.ndarray:
         """(k,)  the measures of `columns` in their units, or of other passes. Errors: those of load_case and of the
         model."""
-        found, passes = [], passes or self.design.passes
+        found: dict[tuple[str, str], float] = {}
+        passes = passes or self.design.passes
         columns = self.columns_of(passes)
         for one in passes:
-            case = load_case(self.case, self.changes(values) | one.set).by(self.design.model)
-            result = solve(self.design.model, case.scene, case.runs[self.design.model])
-            for measure in (MEASURES[quantity] for name, quantity in columns if name == one.name):
-                found.append(measure.of(result) / si_factor(measure.unit))
-        return np.array(found)
+            case = self.changed(values, one)
+            if own := [(name, quantity) for name, quantity in columns if name == one.name and quantity in MEASURES]:
+                result = solve(self.design.model, case.scene, case.runs[self.design.model])
+                measures = [MEASURES[quantity] for _, quantity in own]
+                found |= {
+                    column: measure.of(result) / si_factor(measure.unit) for column, measure in zip(own, measures)
+                }
+            for fact in self.records:
+                if fact.name == one.name:
+                    found |= dict(zip(fact.columns, fact.measured(case.scene, case.settings(RigidHertzSettings))))
+        return np.array([found[column] for column in columns])
 
     def score(self, numbers: np.ndarray, start: np.ndarray, counted: np.ndarray | None = None) -> float:
         """Weighted mean over passes and objectives: value over the start's, or squared distance from a target; what is
@@ -267,7 +330,13 @@ def read_design(path: Path) -> Problem:
     path = Path(path)
     design = _with_common_keys(read_as(path, Design, DesignError))
     facts = read_facts(path.parent / design.observations, DesignError) if design.observations else ()
-    problem = Problem(design, path.parent / design.case, facts)
+    return checked(Problem(design, path.parent / design.case, facts), path)
+
+
+def checked(problem: Problem, path: Path) -> Problem:
+    """A problem whose case can be loaded in all passes, with its records. path : the file that messages name, records
+    lie beside it. Errors: DesignError, CaseError, OSError."""
+    design, facts = problem.design, problem.facts
     names = [one.name for one in design.passes]
     if strange := [name for group in facts for name, _ in group.columns if name not in names]:
         raise DesignError(
@@ -277,7 +346,21 @@ def read_design(path: Path) -> Problem:
         load_case(problem.case, design.proof | one.set).by(design.model)
     if faults := list(filter(None, map(_fault_of, design.vary))):
         raise DesignError("\n  ".join([f"{path}: {len(faults)} input error(s)", *faults]))
-    return problem
+    reach = parse(design.reach, "mm")[0]
+    try:
+        found = [RecordFact(one.name, _trace(problem, one, path.parent / one.record, reach)) for one in design.recorded]
+    except RecordError as error:
+        raise DesignError(str(error)) from error
+    return replace(problem, facts=(*facts, *found))
+
+
+def _trace(problem: Problem, one: Pass, record: Path, reach: float) -> Trace:
+    """A pass's record beside the case as it is. Errors: RecordError, those of the model."""
+    case = problem.changed(None, one)
+    settings = case.settings(RigidHertzSettings)
+    if settings.degrees_of_freedom != "vertical":
+        raise RecordError(f"{record}: is held against degrees_of_freedom = vertical: leave the key out")
+    return trace_of(read_record(record, case.scene.velocity), case.scene, settings, reach)
 
 
 def _with_common_keys(design: Design) -> Design:

@@ -164,7 +164,9 @@ def _run(
     """A run and its wall time [s]."""
     shape, one, changes = task
     try:
-        case = load_case(problem.case, problem.changes(shape.values) | keys_of(problem, one, changes)).by(MODEL)
+        case = load_case(problem.case, problem.changes(shape.values, one.name) | keys_of(problem, one, changes)).by(
+            MODEL
+        )
     except CaseError as error:
         return ProofRun(shape, one, np.nan, None, "; ".join(error.errors)[:LONGEST_REASON]), 0.0
     size = case.settings(FeSettings).element_size

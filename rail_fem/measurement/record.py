@@ -2,10 +2,19 @@
 
 # sampling rate: 10 kHz          only where the file has no column of time or position
 time [ms], force [kN]            a column with its unit; or x [mm]; or the measured column alone
+
+What else lines before the titles may say, for a search of the crossing's state (rail_fem.measurement.trace):
+
+# bearer: 2                      on which the accelerometer is, where the case has bearers
+# place: 350 mm                  x of it on the casting, there
+# filter: 500 Hz                 low pass with which it was recorded
+# noise: 0.4 m/s^2               standard deviation of a sample; none: of the quietest fifth
+# scene.speed: 62 mph            a quantity of the case, of this pass
 """
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +26,8 @@ from rail_fem.result.result import PassResult
 from rail_fem.scene.input_errors import suggest
 from rail_fem.scene.units import QuantityError, parse, root_units, si_factor
 
-RATE = re.compile(r"^\s*#\s*sampling rate\s*[:=]\s*(.+?)\s*$", re.IGNORECASE)
+NOTE = re.compile(r"^\s*#\s*([\w. ]+?)\s*[:=]\s*(.+?)\s*$")
+RATE, BEARER, PLACE, FILTER, NOISE = "sampling rate", "bearer", "place", "filter", "noise"
 TITLE = re.compile(r"\s*([A-Za-z_ ]+?)\s*\[\s*(.*?)\s*\]\s*$")
 SPLIT = re.compile(r"[;,\t]")
 GRAVITY_UNIT = "g"  # an acceleration's, not the gram
@@ -28,8 +38,13 @@ QUANTITIES = {  # name in the file -> unit it must be convertible to, what of a 
     "force": ("N", "vertical force on the wheel"),
     "axle_box_acceleration": ("m/s^2", "second derivative of the wheel's height"),
     "sleeper_acceleration": ("m/s^2", "second derivative of the crossing's height"),
+    "casting_acceleration": ("m/s^2", "second derivative of the crossing's height"),
 }
-HEIGHT = {"axle_box_acceleration": "wheel_height", "sleeper_acceleration": "crossing_height"}
+HEIGHT = {
+    "axle_box_acceleration": "wheel_height",
+    "sleeper_acceleration": "crossing_height",
+    "casting_acceleration": "crossing_height",
+}
 
 
 class RecordError(ValueError):
@@ -39,27 +54,37 @@ class RecordError(ValueError):
 @dataclass(frozen=True, eq=False)
 class Record:
     """Evenly sampled. quantity : of QUANTITIES;  position : (n,) [m], growing or falling;  values : (n,) [SI]
-    rate : samples per second [Hz]"""
+    rate : samples per second [Hz];  notes : what lines before the titles say, by name;  placed : by a column x"""
 
     quantity: str
     position: np.ndarray
     values: np.ndarray
     rate: float
     label: str = ""
+    notes: Mapping[str, str] = field(default_factory=dict)
+    placed: bool = False
+
+    def noted(self, name: str, unit: str) -> float | None:
+        """A quantity of the notes [SI], None without one. Errors: RecordError."""
+        if name not in self.notes:
+            return None
+        try:
+            return parse(self.notes[name], unit)[0]
+        except QuantityError as error:
+            raise RecordError(f"{self.label}: {name}: {error}") from error
+
+
+def read_notes(path: Path) -> dict[str, str]:
+    """What lines before the titles say. Errors: RecordError, OSError."""
+    return _notes(_lines(Path(path)))
 
 
 def read_record(path: Path, speed: float) -> Record:
     """Read a record. speed : of the wheel, signed [m/s], by which time becomes position from 0 on. Errors: RecordError,
     OSError."""
     path = Path(path)
-    try:
-        lines, _ = read_text(path, LARGEST_RECORD)
-    except ProfileError as error:
-        raise RecordError(str(error)) from error
-    longest = max(range(len(lines)), key=lambda k: len(lines[k]), default=0)
-    if lines and len(lines[longest]) > LONGEST_LINE:
-        raise RecordError(f"{path}: line {longest + 1}: {len(lines[longest])} characters, at most {LONGEST_LINE}")
-    told = next((found[1] for line in lines if (found := RATE.match(line))), None)
+    lines = _lines(path)
+    told = _notes(lines)
     rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
     if not rows:
         raise RecordError(f"{path}: holds no line of data")
@@ -76,6 +101,11 @@ def of_result(result: PassResult, quantity: str) -> Record:
     """The same quantity of a result, evenly sampled. Errors: RecordError where the model does not resolve it."""
     history = result.history
     column = HEIGHT.get(quantity, "force")
+    if column == "crossing_height" and result.scene.bearers is not None:
+        raise RecordError(
+            f"{result.model} keeps the beam's height under the wheel, no bearer's: hold the record against the case,"
+            " rail-fem measured RECORD CASE --find ..."
+        )
     if len(history["time"]) < FEWEST or not np.isfinite(history[column]).all():
         raise RecordError(f"{result.model} does not resolve the {QUANTITIES[quantity][1]}")
     time, x, values = evenly(history["time"], history["x"], history[column])
@@ -83,6 +113,22 @@ def of_result(result: PassResult, quantity: str) -> Record:
     if quantity in HEIGHT:
         values = np.gradient(np.gradient(values, step), step)
     return Record(quantity, x, values, 1 / step, result.model)
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        lines, _ = read_text(path, LARGEST_RECORD)
+    except ProfileError as error:
+        raise RecordError(str(error)) from error
+    longest = max(range(len(lines)), key=lambda k: len(lines[k]), default=0)
+    if lines and len(lines[longest]) > LONGEST_LINE:
+        raise RecordError(f"{path}: line {longest + 1}: {len(lines[longest])} characters, at most {LONGEST_LINE}")
+    return lines
+
+
+def _notes(lines: Sequence[str]) -> dict[str, str]:
+    found = (NOTE.match(line) for line in reversed(lines))  # the first of a name counts
+    return {one[1] if "." in one[1] else one[1].lower(): one[2] for one in found if one}
 
 
 def _title(path: Path, text: str) -> tuple[str, float]:
@@ -124,7 +170,9 @@ def _table(path: Path, rows: list[tuple[int, str]], count: int) -> np.ndarray:
     return values
 
 
-def _even_record(path: Path, columns: dict[str, np.ndarray], quantity: str, told: str | None, speed: float) -> Record:
+def _even_record(
+    path: Path, columns: dict[str, np.ndarray], quantity: str, notes: dict[str, str], speed: float
+) -> Record:
     values = columns[quantity]
     if "x" in columns or "time" in columns:
         name = "x" if "x" in columns else "time"
@@ -145,6 +193,7 @@ def _even_record(path: Path, columns: dict[str, np.ndarray], quantity: str, told
         time, values = evenly(time, values)
         start = axis[0] if name == "x" else 0.0
     else:
+        told = notes.get(RATE)
         if told is None:
             raise RecordError(f'{path}: has neither time nor x: say "# sampling rate: 10 kHz" on its first line')
         try:
@@ -158,4 +207,4 @@ def _even_record(path: Path, columns: dict[str, np.ndarray], quantity: str, told
         position = start + speed * time
     if not np.isfinite([*position[[0, -1]], *values]).all():
         raise RecordError(f"{path}: its numbers are too large to be placed along the track: are its units right?")
-    return Record(quantity, position, values, 1 / (time[1] - time[0]), path.name)
+    return Record(quantity, position, values, 1 / (time[1] - time[0]), path.name, notes, "x" in columns)

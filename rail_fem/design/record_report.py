@@ -1,0 +1,242 @@
+"""What records of accelerometers say of a crossing, in a maintenance engineer's words: what is known, what cannot
+be told apart, which bearer to pack, which metal to grind; and the figure of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from rail_fem.design.inversion import Inversion, scaled, scaled_back
+from rail_fem.design.observations import FORM
+from rail_fem.design.posterior import form_of
+from rail_fem.design.problem import Problem, Variable
+from rail_fem.design.record_facts import RecordFact
+from rail_fem.files.markdown import markdown_table
+from rail_fem.result.low_pass import low_pass
+from rail_fem.scene.units import si_factor
+from rail_fem.settings.light import RigidHertzSettings
+from rail_fem.show.panels import band, curve, new_panels, titled
+from rail_fem.show.style import NOSE, SKY, TOTAL, WING
+
+SURE = 0.95  # share of the posterior on one side, from which on a verdict is given
+HANGS = 0.5  # of the other bearers' ballast, below which a bearer is to be packed: our choice
+WORTH = 0.3e-3  # height above or below the case's that is worth a grinder or a weld [m]: our choice
+TOGETHER = 0.8  # correlation from which on two unknowns are not told apart
+ALIEN = 0.12  # relative error of form that all of the posterior's 95 % exceed: the record is of another scene
+ASTRAY = 0.05  # of the bounds, by which the most likely trial may lie outside the 95 % interval
+ROUGH = 50.0  # of a record's size [%], beyond which an emulator's errors are no longer small beside what it tells
+UNLIKELY = 1e-3  # probability of a chi-square, from which on it is no chance
+BALLAST = "scene.bearers.unlike_ballast."
+METAL = {  # key -> the metal, and whether a larger value is a higher one
+    "scene.crossing.wing_raise": ("wing", 1.0),
+    "scene.crossing.nose_lowering": ("nose", -1.0),
+    "scene.crossing.leg_lowering": ("leg", -1.0),
+}
+
+
+@dataclass(frozen=True)
+class Met:
+    """How a record is met by the most likely trial. moved [m];  known, most : chi-square over its degrees of freedom at
+    the smallest error of form and at the largest;  chance : of the latter"""
+
+    name: str
+    moved: float
+    known: float
+    most: float
+    chance: float
+
+
+def met(problem: Problem, found: Inversion) -> list[Met]:
+    """Of each record."""
+    rows = []
+    for fact in problem.records:
+        numbers = found.likely.expected[[problem.columns.index(column) for column in fact.columns]]
+        (known, _), (most, chance) = (fact.misfit(numbers, form) for form in FORM)
+        rows.append(Met(fact.name, fact.offset(numbers), known, most, chance))
+    return rows
+
+
+def doubts(problem: Problem, found: Inversion) -> list[str]:
+    """Why a record is none of any scene within the bounds; none where all are met."""
+    form = form_of(found.interval[:, -1])
+    told = [
+        f"{one.name}: chi-square is {one.most:.3g} for each of its numbers at an error of form of {100 * FORM[1]:.0f} %"
+        f" (1 expected, chance {one.chance:.1g}): no scene within the bounds makes this record"
+        for one in met(problem, found)
+        if one.chance < UNLIKELY
+    ]
+    if form[0] > ALIEN:
+        told.append(
+            f"the error of form is {100 * form[0]:.0f} to {100 * form[1]:.0f} %, more than {100 * ALIEN:.0f} %: another"
+            " wheel, speed, place of the sensor or unknown than the case has"
+        )
+    told += [
+        f"{fact.name}: the emulator misses trials by {missed:.0f} % of the record, more than {ROUGH:g} %: take more"
+        " trials or narrower bounds"
+        for fact, missed in zip(problem.records, _missed_by_emulators(problem, found))
+        if missed > ROUGH
+    ]
+    return told + [
+        f"{v.title}: of the most likely trial it lies {100 * far:.0f} % of its bounds beyond its 95 % interval, where"
+        " the emulator does not expect it: take more trials or narrower bounds"
+        for v, far in zip(problem.design.vary, _beyond(problem, found))
+        if far > ASTRAY
+    ]
+
+
+def _beyond(problem: Problem, found: Inversion) -> np.ndarray:
+    """(k,)  how far the most likely trial lies outside each interval, over the bounds."""
+    low, high = found.interval[:, :-1]
+    at = scaled(problem, found.likely.values[None])[0]
+    return np.maximum(np.maximum(low - at, at - high), 0.0)
+
+
+def verdicts(problem: Problem, found: Inversion) -> list[str]:
+    """Which bearer to pack and which metal to grind or weld, a sentence each, with its threshold; for records that are
+    not met that there is none."""
+    if doubtful := doubts(problem, found):
+        return ["No verdict: " + "; ".join(doubtful) + "."]
+    values = scaled_back(problem, found.samples[:, :-1])
+    told = []
+    for v, start, own, (low, high) in zip(
+        problem.design.vary, problem.start_values, values.T, scaled_back(problem, found.interval[:, :-1]).T
+    ):
+        if v.key.startswith(BALLAST):
+            told.append(_packing(problem, v, own, low, high))
+        elif v.key in METAL and np.isfinite(start):
+            metal, sign = METAL[v.key]
+            factor = sign * si_factor(v.unit)
+            sides = sorted(((low - start) * factor, (high - start) * factor))
+            told.append(_grinding(metal, factor * (own - start), *sides))
+    return told
+
+
+def _packing(problem: Problem, v: Variable, own: np.ndarray, low: float, high: float) -> str:
+    from rail_fem.case.casefile import load_case
+
+    one = problem.design.passes[0]
+    bearers = load_case(problem.case, one.set).scene.bearers
+    number = bearers.unlike[int(v.key.removeprefix(BALLAST))] if bearers else "?"
+    chance = float((own < HANGS).mean())
+    what = (
+        f"pack bearer {number}"
+        if chance >= SURE
+        else f"bearer {number} is carried"
+        if chance <= 1 - SURE
+        else f"bearer {number}: not known"
+    )
+    return (
+        f"**{what}**: its ballast has {low:.2g} to {high:.2g} of the others' stiffness, below {HANGS:g} with a"
+        f" probability of {100 * chance:.0f} %"
+    )
+
+
+def _grinding(metal: str, above: np.ndarray, low: float, high: float) -> str:
+    over, under = float((above > WORTH).mean()), float((above < -WORTH).mean())
+    what = "not known"
+    if over >= SURE:
+        what = "grind it"
+    elif under >= SURE:
+        what = "weld it up"
+    elif over + under <= 1 - SURE:
+        what = "leave it"
+    return (
+        f"**{metal}: {what}**: {1e3 * low:+.2f} to {1e3 * high:+.2f} mm above the case's, by more than"
+        f" {1e3 * WORTH:g} mm high with a probability of {100 * over:.0f} %, low {100 * under:.0f} %"
+    )
+
+
+def record_words(problem: Problem, found: Inversion) -> list[str]:
+    """Lines of Markdown: verdict, what is not told apart, how each record is met."""
+    names = [v.title for v in problem.design.vary]
+    like = np.atleast_2d(np.corrcoef(found.samples[:, : len(names)].T))
+    pairs = [
+        f"{names[i]} and {names[k]} ({like[i, k]:+.2f})"
+        for i in range(len(names))
+        for k in range(i)
+        if abs(like[i, k]) > TOGETHER
+    ]
+    apart = f"Not told apart (correlation): {', '.join(pairs)}." if pairs else ""
+    rows = [
+        [*fact.told().values(), f"{1e3 * one.moved:+.1f} mm", f"{missed:.0f} %", f"{one.known:.2f}", f"{one.most:.2f}"]
+        for fact, one, missed in zip(problem.records, met(problem, found), _missed_by_emulators(problem, found))
+    ]
+    head = [
+        "record",
+        "sensor",
+        "wheel",
+        "band",
+        "noise",
+        "moved",
+        "emulator's error",
+        *(f"chi-square, form {100 * f:.0f} %" for f in FORM),
+    ]
+    return [
+        *(f"- {line}" for line in verdicts(problem, found)),
+        *(["", apart] if apart else []),
+        "",
+        *markdown_table(head, rows),
+        "",
+    ]
+
+
+def _missed_by_emulators(problem: Problem, found: Inversion) -> list[float]:
+    """Of each record, in per cent of its size."""
+    errors = {one.group.name: np.trace(one.error) for one in found.known}
+    return [100 * float(np.sqrt(errors[f.name] / (f.trace.reference**2).sum())) for f in problem.records]
+
+
+def state_figure(problem: Problem, found: Inversion) -> Figure:
+    """Each unknown's posterior beside its prior; each record and the most likely scene beside it."""
+    vary, records = problem.design.vary, problem.records
+    columns = 3
+    above = -(-len(vary) // columns)
+    figure, axes = new_panels(2.5 * above + 2.6 * len(records) + 0.8, above + len(records), columns, squeeze=False)
+    values = scaled_back(problem, found.samples[:, :-1])
+    for axis, v, own, (low, high), start in zip(
+        axes.flat, vary, values.T, scaled_back(problem, found.interval[:, :-1]).T, problem.start_values
+    ):
+        first, last = v.bounds
+        axis.hist(own, bins=40, range=v.bounds, density=True, color=WING, alpha=0.6, label="posterior")
+        axis.plot([first, first, last, last], [0, *[1 / (last - first)] * 2, 0], color=TOTAL, lw=1.5, label="prior")
+        axis.axvspan(low, high, color=SKY, alpha=0.25, zorder=0, label="95 %")
+        if first <= start <= last:
+            axis.axvline(start, color=NOSE, ls="--", lw=1.5, label="the case")
+        axis.set_yticks([])
+        axis.set_xlabel(v.title.replace("_", " "))
+    axes.flat[0].legend(fontsize=8)
+    for axis in axes[:above].flat[len(vary) :]:
+        axis.remove()
+    for row, fact, one in zip(axes[above:], records, met(problem, found)):
+        for axis in row:
+            axis.remove()
+        _draw_record(
+            figure.add_subplot(row[0].get_gridspec()[row[0].get_subplotspec().rowspan.start, :]),
+            problem,
+            found,
+            fact,
+            one,
+        )
+    sure = "; ".join(line.split("**")[1] if "**" in line else "no verdict" for line in verdicts(problem, found))
+    return titled(figure, f"What {problem.design.source} says of the crossing\n{sure}")
+
+
+def _draw_record(axes, problem: Problem, found: Inversion, fact: RecordFact, one: Met) -> None:
+    record, window = fact.trace.record, fact.trace.window
+    own = next(p for p in problem.design.passes if p.name == fact.name)
+    case = problem.changed(found.likely.values, own)
+    fit = fact.trace.sensor.of(case.scene, case.settings(RigidHertzSettings))
+    cutoff = window.frequencies[-1]
+    noise = fact.trace.deviation * np.sqrt(min(1.0, 2 * cutoff / record.rate))
+    seen, x = low_pass(record.values, record.rate, cutoff), 1e3 * (record.position + one.moved)
+    band(axes, x, seen - 2 * noise, seen + 2 * noise, "record, two standard deviations of its noise", SKY, 0.5)
+    curve(axes, x, seen, "", WING, 1.0)
+    curve(axes, 1e3 * fit.position, low_pass(fit.values, fit.rate, cutoff), "most likely trial", NOSE, 1.6)
+    axes.set_xlim(sorted((1e3 * window.start, 1e3 * window.end)))
+    axes.set(xlabel="position x of the wheel [mm]", ylabel="[m/s^2]")
+    axes.set_title(
+        f"{fact.name}: {fact.trace.sensor.words}, below {cutoff:.0f} Hz; chi-square {one.known:.2f} at the smallest"
+        " error of form",
+        fontsize=10,
+    )
+    axes.legend(fontsize=8)
