@@ -147,7 +147,8 @@ def plastic_increment(law, trial, back, p, direction, factor):
     largest, factor[:] = high, 1.0
     for _ in range(_MOST):
         stiffness, slope = 3.0 * law.shear, 0.0
-        direction[:] = trial
+        for j in range(6):  # an array laid into another would count references
+            direction[j] = trial[j]
         for i in range(k):
             stiffness += factor[i] * law.modulus[i]
             for j in range(6):
