@@ -143,8 +143,7 @@ def with_rounds(problem, rounds):
 @pytest.mark.validate
 def test_a_hundred_states_on_bearers_are_found_again(case, tmp_path):
     """Ballast, two bearers that may hang, height of the nose and lateral position from a sleeper's record, 128 trials:
-    each unknown of 100 seeded states lies in its 95 % interval in 95 at least (97 to 100 when it was written, all five
-    together in 95)."""
+    each unknown of 100 seeded states lies in its 95 % interval in 95 at least."""
     on_bearers = tmp_path / "bearers.toml"
     on_bearers.write_text(case.read_text().replace("[scene.materials]", BEARERS + "\n[scene.materials]"))
     file = write_record(
