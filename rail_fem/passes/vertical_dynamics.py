@@ -155,7 +155,8 @@ def _march(masses, inverse, q, v, step, height, law, beam, u, w, x):
     steps = (height.shape[1] - 1) // 2
     motion = begun(q, v, height.shape[0], steps, None, *_beam_history(steps, u, w))
     now, top, here = np.empty(height.shape[0]), np.empty(height.shape[0]), law[:, 0].copy()
-    dent, loss = motion.dent, motion.loss
+    position, velocity, force = motion.position, motion.velocity, motion.force
+    dent, loss, path_work = motion.dent, motion.loss, motion.path_work
     reply = inverse @ coupling
     compliance = step / 2 * (coupling @ reply)
     before = after = 0.0
@@ -177,8 +178,8 @@ def _march(masses, inverse, q, v, step, height, law, beam, u, w, x):
         middle = still + reply * now.sum()
         q = q + step * middle
         v = 2 * middle - v
-        motion.position[i + 1], motion.velocity[i + 1] = q, v
-        motion.force[:, i] = now
+        position[i + 1], velocity[i + 1] = q, v
+        force[:, i] = now
         loss[i] = step * (middle @ (masses.damping @ middle))
         if beam is not None:
             beam_middle = beam_still - beam_reply * now.sum()
@@ -190,7 +191,7 @@ def _march(masses, inverse, q, v, step, height, law, beam, u, w, x):
             w = 2 * beam_middle - w
             motion.beam_position[i + 1], motion.beam_velocity[i + 1] = u, w
             loss[i] += step * (beam_middle @ band_times(beam.damping, beam_middle))
-        motion.path_work[i] = _path_work(s + before, s + after, height, dent, law, i)
+        path_work[i] = _path_work(s + before, s + after, height, dent, law, i)
     return motion
 
 
