@@ -53,7 +53,8 @@ def compare(
         say("\n".join(words).rstrip())
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
-            (out / "compare.md").write_text("\n".join(words), encoding="utf-8")
+            title = f"# {len(found.names)} runs held against {found.names[found.results.index(found.reference)]}\n"
+            (out / "compare.md").write_text("\n".join([title, *words]), encoding="utf-8")
             with lettering():
                 say(str(save(cost_figure(found), out / "compare.png")))
         if MANNER.as_json:

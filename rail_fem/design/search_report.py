@@ -62,7 +62,7 @@ def report(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -
         *markdown_table(
             ["variable", "best", "bounds"],
             [
-                [variable.words, str(variable.text(value)), f"{variable.low} to {variable.high}"]
+                [variable.words, f"{value:.4g} {variable.unit}".strip(), f"{variable.low} to {variable.high}"]
                 for variable, value in zip(design.vary, best.values)
             ],
         ),
@@ -142,20 +142,29 @@ def robustness(problem: Problem, found: Found, checked: Sequence[np.ndarray] = (
 
 
 def design_figure(problem: Problem, found: Found) -> Figure:
-    """All trials by their first two quantities (means over the passes); the rigid wheel's path of the first pass at the
-    start and at best, which is the shape that it feels; how far the running surfaces are apart."""
+    """All trials by their first two quantities (means over the passes), one alone over their order; the rigid wheel's
+    path of the first pass at the start and at best, which is the shape that it feels; how far the running surfaces are
+    apart."""
     quantities = list(dict.fromkeys(objective.quantity for objective in problem.design.objective))
-    pair = (quantities * 2)[:2]
-    at = lambda trial: [_mean(problem, trial, quantity) for quantity in pair]
+    alone, pair = len(quantities) == 1, (quantities * 2)[:2]
+    order = {tuple(trial.values): number for number, trial in enumerate(found.trials, 1)}
+
+    def at(trial: Trial) -> list[float]:
+        means = [_mean(problem, trial, quantity) for quantity in pair]
+        return [order[tuple(trial.values)] if trial is not found.start else 0, means[1]] if alone else means
+
     cloud = np.array([at(trial) for trial in found.trials if not trial.fault])
     front = cloud[_front(cloud)]
-    goals = {objective.quantity: objective.goal for objective in problem.design.objective}
+    goals = [
+        objective.goal for quantity in pair for objective in problem.design.objective if objective.quantity == quantity
+    ]
     trials: dict[str, tuple] = {"trials": (*cloud.T, "."), "start: the case as it is": (*at(found.start), "s")}
     trials[f"best by {found.best_by}"] = *at(found.best), "D"
-    if None not in (goals[pair[0]], goals[pair[1]]):
-        trials["target"] = goals[pair[0]], goals[pair[1]], "*"
+    if None not in goals:
+        trials["target"] = ([0, len(found.trials)], [goals[0]] * 2, "--") if alone else (goals[0], goals[1], "*")
     else:
-        trials["no trial is below both"] = *front[np.argsort(front[:, 0])].T, "-"
+        words = "no trial before is below" if alone else "no trial is below both"
+        trials[words] = *front[np.argsort(front[:, 0])].T, "-"
     first = problem.design.passes[0]
     ends = ("start", None), ("best", found.best.values)
     paths = {words: 1e3 * np.array(_path(problem, values, first.set)) for words, values in ends}
@@ -164,7 +173,7 @@ def design_figure(problem: Problem, found: Found) -> Figure:
     }
     along, title = "position x [mm]", "running surface, best less start: wing with leg, nose"
     panels = [
-        Panel(_axis(pair[0]), _axis(pair[1]), trials),
+        Panel("trial, in the order made" if alone else _axis(pair[0]), _axis(pair[1]), trials),
         Panel(along, "axle height [mm]", paths, f"path of the rigid wheel, {first.name}"),
         Panel(along, "metal added (+) or taken away (-) [mm]", apart, title),
     ]

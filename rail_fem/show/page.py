@@ -198,7 +198,8 @@ def write_report_page(folder: Path, path: Path) -> Path:
         words[0].removeprefix("# ").partition("\n") if words[0].startswith("# ") else (folder.name, "", words[0])
     )
     reader = MarkdownIt("commonmark", {"html": False}).enable("table").disable(["image", "link", "autolink"])
-    parts: list[Part] = [reader.render(one) for one in (rest, *words[1:])]
+    within = lambda page: page.replace("<table>", '<div class="wide"><table>').replace("</table>", "</table></div>")
+    parts: list[Part] = [within(reader.render(one)) for one in (rest, *words[1:])]
     order = lambda figure: ([*FIGURES, figure.stem].index(figure.stem), figure)
     for figure in sorted([*folder.glob("*.png"), *folder.glob("figures/*.png")], key=order):
         seen = FIGURES.get(figure.stem, figure.stem.replace("_", " "))

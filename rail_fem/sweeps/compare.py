@@ -327,9 +327,9 @@ def _shown(comparison: Comparison, result: PassResult, quantity: str) -> str:
 
 
 def warnings(comparison: Comparison) -> str:
-    """What each result warns of, by its name."""
-    return "\n".join(
-        "\n  ".join([f"{name}:", *result.warnings])
+    """Markdown: what each result warns of, by its name."""
+    return "\n\n".join(
+        "\n- ".join([f"{name}:\n", *result.warnings])
         for name, result in zip(comparison.names, comparison.results)
         if result.warnings
     )

@@ -158,8 +158,8 @@ def test_a_sweep_is_drawn_by_choice_as_its_figure_is(tmp_path):
     assert "8 runs" in Page(tmp_path / "sweep.html").words
 
 
-def test_the_page_of_a_damage_study_or_a_design_holds_its_reports_and_figures(run, tmp_path):
-    """Words of a stranger among them, and no library of curves."""
+def test_the_page_of_a_damage_study_or_a_design_holds_its_reports_and_figures(run, page, tmp_path):
+    """Words of a stranger among them, and no library of curves. page : its figures are drawn by then"""
     rows = markdown_table(["body", "years"], [["nose", "3 | 4"], [EVIL, "9"]])
     lines = [
         f"# A life {EVIL}",
