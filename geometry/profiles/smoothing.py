@@ -4,6 +4,7 @@ Pure kernels."""
 import numpy as np
 
 from geometry.profiles.defects import SHARP, turns
+from kernel_cache import njit
 
 FARTHEST = 4.0  # times the noise: a point that a smoothing spline would move farther is a corner that it cannot follow
 
@@ -102,43 +103,78 @@ def displacement_across(s: np.ndarray, part: np.ndarray, amount: float) -> np.nd
     return moved
 
 
-DENSE = 600  # points up to which all eigenvalues of the spline's roughness are found at once
 LEAST_SHARE, FREE = 0.4, 40  # of the points beyond the first FREE: freedom that smoothing must take away
-# of the mean step: with a smaller one the small eigenvalues drown in the round-off of the largest, n^4 / UNEVEN^3
-UNEVEN = 0.1
+LEAST_STEP = 1e-4  # of the mean: points nearer to one another are taken as so far apart, or their factors drown
+SLOWEST = 4.73  # wave number times length of a free beam's first bending mode: the roughness' least eigenvalue but 0
 
 
 def smoothing_spline(s: np.ndarray, value: np.ndarray) -> np.ndarray:
     """(n,)  natural cubic smoothing spline at its own points s (n,), growing, its amount by generalised
-    cross-validation.
-
-    In the eigenvectors of the roughness K = Q R^-1 Q' the spline is value / (1 + amount * eigenvalue): every amount
-    costs n operations.
-    Source: Green and Silverman, Nonparametric Regression (1994), ch. 2 and 3. scipy's make_smoothing_spline, which
-    stops at the first amount it finds, serves where there are too many points or steps of very unlike length.
-    """
-    from scipy.interpolate import make_smoothing_spline
-    from scipy.linalg import eigh, solveh_banded
+    cross-validation: the best of amounts from that of the roughest to that of the smoothest mode, then refined."""
     from scipy.optimize import minimize_scalar
 
-    n, h = len(s), np.diff(s)
-    if n > DENSE or h.min() < UNEVEN * h.mean():
-        return make_smoothing_spline(s, value)(s)
-    q = np.zeros((n, n - 2))
-    inner = np.arange(n - 2)
-    q[inner, inner], q[inner + 1, inner], q[inner + 2, inner] = 1 / h[:-1], -1 / h[:-1] - 1 / h[1:], 1 / h[1:]
-    band = np.vstack([np.append(0.0, h[1:-1] / 6), (h[:-1] + h[1:]) / 3])
-    rough, basis = eigh(q @ solveh_banded(band, q.T))
-    rough[:2] = 0.0  # straight lines
-    rough = np.maximum(rough, 0.0)
-    part = basis.T @ value
-    share = lambda log_amount: 1 - 1 / (1 + np.exp(log_amount) * rough)
-    score = lambda log_amount: np.sum((share(log_amount) * part) ** 2) / np.sum(share(log_amount)) ** 2
-    amounts = -np.log(rough[-1]) + np.linspace(-5, np.log(rough[-1] / rough[2]) + 5, 40)
-    # a spline through every point scores well by chance
-    smooths = np.array([share(a).sum() > LEAST_SHARE * (n - FREE) for a in amounts])
-    best = int(np.argmin(np.where(smooths, [score(a) for a in amounts], np.inf)))
-    found = minimize_scalar(
-        score, bounds=(amounts[max(best - 1, 0)], amounts[min(best + 1, 39)]), method="bounded", options={"xatol": 1e-4}
-    )
-    return value - basis @ (share(found.x) * part)
+    n, length, fit = len(s), s[-1] - s[0], np.empty(len(s))
+    h = np.maximum(np.diff(s), LEAST_STEP * length / n)
+    amounts = np.arange(np.log(h.min() ** 3 / 48) - 5, np.log(n / length / (SLOWEST / length) ** 4) + 5, 0.5)
+
+    def score(log_amount: float) -> float:
+        error, freedom = spline_at(np.exp(log_amount), value, h, fit)
+        # a spline through every point scores well by chance
+        return error / freedom**2 if freedom > max(LEAST_SHARE * (n - FREE), 0.0) else np.inf
+
+    best = int(np.argmin([score(a) for a in amounts]))
+    around = amounts[max(best - 1, 0)], amounts[min(best + 1, len(amounts) - 1)]
+    score(minimize_scalar(score, bounds=around, method="bounded", options={"xatol": 1e-4}).x)
+    return fit
+
+
+@njit(cache=True)
+def spline_at(amount, value, h, fit):
+    """Natural cubic smoothing spline of values (n,) over steps h (n - 1,) -> fit (n,) at its points; the sum of squares
+    it leaves, and the freedom it takes away, tr(I - A).
+
+    With Q second differences and R the hats' products: (R + amount Q'Q) g = Q' value, value - fit = amount Q g, and
+    tr(I - A) = amount tr(Q'Q (R + amount Q'Q)^-1), for which the five bands of the inverse follow from its factors.
+    Source: Reinsch (1967); Green and Silverman, Nonparametric Regression (1994), ch. 2 and 3; Hutchinson and de Hoog,
+    Numer. Math. 47 (1985) 99 (from memory, not verified).
+    """
+    m = len(value) - 2
+    rough, beside, beyond = np.empty(m), np.zeros(m), np.zeros(m)  # bands of Q'Q
+    diagonal, first, second, g = np.empty(m), np.zeros(m), np.zeros(m), np.empty(m)  # L D L'
+    for i in range(m):
+        p, q = 1 / h[i], 1 / h[i + 1]
+        rough[i] = p * p + (p + q) ** 2 + q * q
+        g[i] = (value[i + 2] - value[i + 1]) * q - (value[i + 1] - value[i]) * p
+        diagonal[i] = (h[i] + h[i + 1]) / 3 + amount * rough[i]
+        if i + 1 < m:
+            beside[i] = -q * (p + q) - q * (q + 1 / h[i + 2])
+            first[i] = h[i + 1] / 6 + amount * beside[i]
+        if i + 2 < m:
+            beyond[i] = q / h[i + 2]
+            second[i] = amount * beyond[i]
+        if i >= 1:
+            diagonal[i] -= diagonal[i - 1] * first[i - 1] ** 2
+            first[i] -= diagonal[i - 1] * first[i - 1] * second[i - 1]
+            g[i] -= first[i - 1] * g[i - 1]
+        if i >= 2:
+            diagonal[i] -= diagonal[i - 2] * second[i - 2] ** 2
+            g[i] -= second[i - 2] * g[i - 2]
+        first[i] /= diagonal[i]
+        second[i] /= diagonal[i]
+    near, across, far = 0.0, 0.0, 0.0  # of the inverse at (i + 1, i + 1), (i + 1, i + 2), (i + 2, i + 2)
+    trace = 0.0
+    fit[:] = value
+    for i in range(m - 1, -1, -1):
+        g[i] /= diagonal[i]
+        if i + 1 < m:
+            g[i] -= first[i] * g[i + 1]
+        if i + 2 < m:
+            g[i] -= second[i] * g[i + 2]
+        one, two = -first[i] * near - second[i] * across, -first[i] * across - second[i] * far
+        own = 1 / diagonal[i] - first[i] * one - second[i] * two
+        trace += rough[i] * own + 2 * (beside[i] * one + beyond[i] * two)
+        near, across, far = own, one, near
+        fit[i] -= amount * g[i] / h[i]
+        fit[i + 1] += amount * g[i] * (1 / h[i] + 1 / h[i + 1])
+        fit[i + 2] -= amount * g[i] / h[i + 1]
+    return np.sum((value - fit) ** 2), amount * trace

@@ -198,6 +198,19 @@ def test_the_smoothing_spline_is_the_natural_one_and_leaves_straight_lines_alone
     assert not stretch_move(twice).any()
 
 
+@pytest.mark.parametrize("count", [700, 2000])
+@pytest.mark.parametrize("least", [0.5, 1e-2, 1e-9])
+def test_a_long_line_is_smoothed_as_a_short_one(count, least):
+    """Of white noise a smoothing spline leaves a tenth or three on a sine, whatever the lengths of its steps."""
+    rng = np.random.default_rng(2)
+    step = rng.uniform(0.5, 1.5, count)
+    step[:: count // 5] = least
+    s = np.cumsum(step)
+    s = (s - s[0]) / (s[-1] - s[0])
+    found = smoothing_spline(s, np.sin(5 * s) + 1e-4 * rng.standard_normal(count))
+    assert np.sqrt(np.mean((found - np.sin(5 * s)) ** 2)) < 0.4e-4
+
+
 def test_an_outlier_on_the_tread_is_no_corner():
     """One point of a wheel with 30 um of noise lies 0.3 mm off: it is put back in line, and no kink is made of it."""
     clean = wheel_profile("P8").points[::3]
