@@ -204,7 +204,7 @@ def state_figure(problem: Problem, found: Inversion) -> Figure:
             axis.axvline(start, color=NOSE, ls="--", lw=1.5, label="the case")
         axis.set_yticks([])
         axis.set_xlabel(v.title.replace("_", " "))
-    axes.flat[0].legend(fontsize=8)
+    axes.flat[0].legend(fontsize=9)
     for axis in axes[:above].flat[len(vary) :]:
         axis.remove()
     for row, fact, one in zip(axes[above:], records, met(problem, found)):
@@ -239,4 +239,4 @@ def _draw_record(axes, problem: Problem, found: Inversion, fact: RecordFact, one
         " error of form",
         fontsize=10,
     )
-    axes.legend(fontsize=8)
+    axes.legend(fontsize=9)
