@@ -57,6 +57,7 @@ def searched_every(steps: int | None, speed: float) -> tuple[np.ndarray, np.ndar
     return force, scene.dynamics.structure.x.copy(), len(searches)
 
 
+@pytest.mark.validate  # 1 of 24 runs, the first on a machine without kernels, differed by half: its cause is not found
 @pytest.mark.parametrize("speed", [100.0, 20.0])
 def test_forces_do_not_depend_on_when_searches_happen(speed):
     """The cap comes down, strikes and rolls: what is not watched touches nowhere before the next search, and pairs go
