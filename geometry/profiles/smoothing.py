@@ -91,14 +91,15 @@ def displacement_across(s: np.ndarray, part: np.ndarray, amount: float) -> np.nd
     The displacement grows with the splines' stiffness, which is found by halving. Source: the discrepancy principle
     (Reinsch, Numer. Math. 10 (1967) 177).
     """
-    from scipy.interpolate import make_smoothing_spline
-
+    h, lines, fits = steps_of(s), np.ascontiguousarray(part.T), np.empty((2, len(s)))
     step = np.gradient(part, axis=0)
     normal = np.column_stack([-step[:, 1], step[:, 0]]) / np.hypot(*step.T)[:, None]
     low, high = -70.0, 10.0
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        moved = np.column_stack([make_smoothing_spline(s, part[:, k], lam=np.exp(middle))(s) for k in (0, 1)]) - part
+        for k in (0, 1):
+            spline_at(np.exp(middle), lines[k], h, fits[k])
+        moved = fits.T - part
         low, high = (low, middle) if np.sqrt(np.mean((moved * normal).sum(axis=1) ** 2)) > amount else (middle, high)
     return moved
 
@@ -108,13 +109,18 @@ LEAST_STEP = 1e-4  # of the mean: points nearer to one another are taken as so f
 SLOWEST = 4.73  # wave number times length of a free beam's first bending mode: the roughness' least eigenvalue but 0
 
 
+def steps_of(s: np.ndarray) -> np.ndarray:
+    """(n - 1,)  steps between points (n,), growing, none below LEAST_STEP of their mean."""
+    return np.maximum(np.diff(s), LEAST_STEP * (s[-1] - s[0]) / len(s))
+
+
 def smoothing_spline(s: np.ndarray, value: np.ndarray) -> np.ndarray:
     """(n,)  natural cubic smoothing spline at its own points s (n,), growing, its amount by generalised
     cross-validation: the best of amounts from that of the roughest to that of the smoothest mode, then refined."""
     from scipy.optimize import minimize_scalar
 
     n, length, fit = len(s), s[-1] - s[0], np.empty(len(s))
-    h = np.maximum(np.diff(s), LEAST_STEP * length / n)
+    h = steps_of(s)
     amounts = np.arange(np.log(h.min() ** 3 / 48) - 5, np.log(n / length / (SLOWEST / length) ** 4) + 5, 0.5)
 
     def score(log_amount: float) -> float:

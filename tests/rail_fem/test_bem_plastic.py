@@ -102,16 +102,12 @@ class StopsIn:
             raise Stop
 
 
+REPEATED = {"start": "360 mm", "end": "440 mm", "cell_size": "3 mm", "step": "15 mm", "error_estimate": False}
+
+
 def test_wheels_one_after_the_other_add_less_and_less_and_a_stop_changes_no_bit(short_pass, tmp_path):
     _, once = short_pass
-    settings = {
-        "start": "360 mm",
-        "end": "440 mm",
-        "cell_size": "3 mm",
-        "step": "15 mm",
-        "error_estimate": False,
-        "passes": 3,
-    }
+    settings = {**REPEATED, "passes": 3}
     whole = solve("bem_plastic", once.scene, settings, folder=tmp_path / "whole")
     assert len(whole.passes) == 3
     strain = [report["integral_nose"] for report in whole.passes]
@@ -159,14 +155,7 @@ def test_steel_at_rest_is_rolled_over_no_more(short_pass, tmp_path):
     scene = once.scene.replace_si(
         vehicle={"vehicle_sprung_mass": 6e3}, materials={"nose": {"grade": "Mn13", "strength": 4}}
     )
-    settings = {
-        "start": "360 mm",
-        "end": "440 mm",
-        "cell_size": "3 mm",
-        "step": "15 mm",
-        "error_estimate": False,
-        "passes": 50,
-    }
+    settings = {**REPEATED, "passes": 50}
     result = solve("bem_plastic", scene, settings)
     rows = [row["reason"] for row in result.trust["validity"] if row["what"] == "repeated wheels"]
     assert rows and any("at rest after wheel" in words for words in rows), rows
