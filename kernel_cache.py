@@ -79,27 +79,33 @@ def _seal(kernel: Any) -> Any:
 
 
 class SealedFiles(IndexDataCacheFile):
-    """numba's index and data files of one kernel, each after the SHA-256 of its content. What is damaged, or not the
-    user's own, counts as not there and is removed."""
+    """numba's files of one kernel, one for each signature and named by it, each after the SHA-256 of its content. There
+    is no index: of two processes that add to one at once the later drops the earlier one's entry and may keep its code
+    under the other signature. What is damaged, or not the user's own, counts as not there and is removed."""
 
-    def _load_index(self):
+    def save(self, key, data):
+        content = self._dump((key, data))
+        with self._open_for_write(self._path(key)) as file:
+            if os.name != "nt":
+                os.fchmod(file.fileno(), 0o600)
+            file.write(hashlib.sha256(content).digest() + content)
+
+    def load(self, key):
+        """What was saved for a key: signature, processor, code of the function; None: not compiled yet."""
         try:
-            stamp, overloads = self._read(Path(self._index_path))
+            found, data = self._read(Path(self._path(key)))
         except FileNotFoundError:
-            return {}
-        return overloads if stamp == self._source_stamp else {}
+            return None
+        return data if found == key else None
 
-    def _save_index(self, overloads):
-        self._write(self._index_path, (self._source_stamp, overloads))
+    def _path(self, key) -> str:
+        """numba's own pattern, with a digest in place of the number."""
+        name = hashlib.sha256(repr((self._source_stamp, key)).encode()).hexdigest()
+        return self._data_path(self._data_name_pattern.replace("{number:d}", name))
 
-    def _load_data(self, name):
-        return self._read(Path(self._data_path(name)))
-
-    def _save_data(self, name, data):
-        self._write(self._data_path(name), data)
-
-    def _read(self, path: Path) -> Any:
-        """The object in a file; FileNotFoundError, which numba takes for "not compiled yet", if it is not whole."""
+    @staticmethod
+    def _read(path: Path) -> Any:
+        """The object in a file; FileNotFoundError if it is not whole."""
         with open(path, "rb") as file:
             own, total = _own(os.fstat(file.fileno())), file.read()
         seal, content = total[:32], total[32:]
@@ -107,13 +113,6 @@ class SealedFiles(IndexDataCacheFile):
             return pickle.loads(content)
         path.unlink(missing_ok=True)
         raise FileNotFoundError(path)
-
-    def _write(self, path: str, item: Any) -> None:
-        content = self._dump(item)
-        with self._open_for_write(path) as file:
-            if os.name != "nt":
-                os.fchmod(file.fileno(), 0o600)
-            file.write(hashlib.sha256(content).digest() + content)
 
 
 def _own(status: os.stat_result) -> bool:
