@@ -6,6 +6,7 @@ a user names.
     package:callable   what makes a concurrent.futures.Executor of max_workers, such as executorlib:SingleNodeExecutor
 """
 
+import contextlib
 import functools
 import math
 import multiprocessing
@@ -57,7 +58,7 @@ def executor(workers: int, pool: str = PROCESSES, home: str = "") -> Executor:
         return ProcessPoolExecutor(workers, multiprocessing.get_context(_method(home)), initializer=_begin)
     try:
         made = pkgutil.resolve_name("mpi4py.futures:MPIPoolExecutor" if pool == MPI else pool)(max_workers=workers)
-    except (ImportError, AttributeError, TypeError, ValueError) as error:
+    except (ImportError, AttributeError, TypeError, ValueError, OSError) as error:
         raise PoolError(
             f"--pool {pool}: {error}: give {PROCESSES}, {MPI}, or package:callable to be given max_workers"
         ) from error
@@ -80,7 +81,7 @@ class Pool:
 
     def __exit__(self, *_: object) -> None:
         if self._running is not None:
-            self._running[1].shutdown(cancel_futures=True)
+            self._running[1].shutdown()
         self._running = None
 
     def map(self, work: Callable, *of: Iterable) -> list:
@@ -119,15 +120,24 @@ class Pool:
             self._running = count, executor(count, self.workers.pool, self.home)
         futures: dict[Future, int] = {}
         try:
-            for number in numbers:
-                futures[self._running[1].submit(_alone, work, self.workers.limit, tasks[number])] = number
-        except BrokenExecutor:
-            self.__exit__()
-        for future in as_completed(futures):
             try:
-                yield futures[future], future.result()
+                for number in numbers:
+                    futures[self._running[1].submit(_alone, work, self.workers.limit, tasks[number])] = number
             except BrokenExecutor:
                 self.__exit__()
+            for future in as_completed(futures):
+                try:
+                    yield futures[future], future.result()
+                except BrokenExecutor:
+                    self.__exit__()
+                except Exception as error:
+                    if getattr(error, "of_task", False) or self.workers.pool in (PROCESSES, MPI):
+                        raise
+                    self.__exit__()  # whatever a stranger's executor raises where a worker of it dies
+        finally:
+            for future in futures:  # here, for neither dask's nor parsl's executor cancels at its end
+                with contextlib.suppress(NotImplementedError):  # parsl
+                    future.cancel()
 
 
 def each(
@@ -144,7 +154,11 @@ def _spread(work: Callable, task: tuple) -> Any:
 
 def _alone(work: Callable[[Task], Result], limit: float, task: Task) -> Result | Lost:
     work_alone()
-    return _in_time(work, limit, task)
+    try:
+        return _in_time(work, limit, task)
+    except Exception as error:
+        error.of_task = True  # type: ignore[attr-defined]
+        raise
 
 
 def _in_time(work: Callable[[Task], Result], limit: float, task: Task) -> Result | Lost:

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import time
 from pathlib import Path
 
@@ -46,6 +47,36 @@ def test_each_task_has_its_result(pool):
 def test_a_process_that_is_killed_costs_no_task_its_result(tmp_path):
     tasks = [(tmp_path, number) for number in range(5)]
     assert sorted(each(fatal_once, tasks, Workers(2))) == [(number, number) for number in range(5)]
+
+
+def dask(max_workers: int):
+    """As docs/start.md has it."""
+    from distributed import Client, LocalCluster
+
+    return Client(LocalCluster(n_workers=max_workers, threads_per_worker=1, dashboard_address=None)).get_executor()
+
+
+@pytest.fixture
+def no_cluster_left():
+    yield
+    if distributed := sys.modules.get("distributed"):
+        client = distributed.default_client()
+        client.cluster.close()
+        client.close()
+
+
+@pytest.mark.parametrize("pool", ["executorlib:SingleNodeExecutor", f"{__name__}:dask"], ids=["executorlib", "dask"])
+def test_a_task_is_given_again_where_a_worker_of_another_engine_dies(pool, tmp_path, monkeypatch, no_cluster_left):
+    pytest.importorskip("executorlib" if "executorlib" in pool else "distributed")
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))  # of their processes
+    tasks = [(tmp_path, number) for number in range(4)]
+    assert sorted(each(fatal_once, tasks, Workers(2, pool))) == [(number, number) for number in range(4)]
+
+
+def test_what_a_task_raises_ends_the_work_whatever_the_engine():
+    for pool in ("processes", "concurrent.futures:ThreadPoolExecutor"):
+        with pytest.raises(TypeError):
+            list(each(square, [1.0, "one"], Workers(2, pool)))
 
 
 def test_a_task_that_kills_its_process_each_time_is_told_and_costs_no_other():
