@@ -118,13 +118,6 @@ def test_the_table_has_a_row_for_each_kernel_and_the_limits_of_ours():
     assert "million pairs/s" in table.title and all(row[1] > 0 for row in table.rows)
 
 
-@pytest.mark.validate
-@pytest.mark.parametrize("flowing", [False, True])
-def test_finite_strain_kernel_makes_ten_million_updates_a_second_in_cache(flowing):
-    """One core, float64, in processor time."""
-    assert max(kernels.finite_rate(kernels.block_domain(12), flowing, Effort())[0] for _ in range(3)) >= 10e6
-
-
 def step(*stretches):
     return [Stretch(*s) for s in stretches]
 
