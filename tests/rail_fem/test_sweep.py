@@ -180,7 +180,7 @@ def test_workers_that_are_killed_at_random_cost_no_result_a_bit(cases, tmp_path,
         assert found.exit_code == 0, found.output
         for name, expected in calm.items():
             own = load(tmp_path / str(number) / name / "lumped")
-            assert own.peaks == expected.peaks
+            assert repr(own.peaks) == repr(expected.peaks)  # y is NaN, which from Python 3.13 on equals nothing here
             assert all(np.array_equal(own.history[key], expected.history[key], equal_nan=True) for key in own.history)
 
 
