@@ -91,10 +91,24 @@ def test_card_and_cores_go_on_from_the_restart_file_of_the_other(folder):
     """A pass of the whole model that cores begin, the card goes on with and cores end, beside one by cores alone: all
     of its history, every verdict. Forces and works of bodies are differences of stresses a thousand times as large, the
     balance one of energies a thousand times as large again: ROUND_OFF times that, at the most."""
-    for name, parts in (("one", (("cpu", 80),)), ("both", (("cpu", 40), ("cuda", 60), ("cpu", 80)))):
+    assert_same_pass(folder, (("cpu", 80),), (("cpu", 40), ("cuda", 60), ("cpu", 80)))
+
+
+@pytest.mark.validate
+def test_a_thousand_steps_of_the_card_are_those_of_the_processor(folder):
+    """A pass of the whole model up to the nose: all of its history to 1e-9, every verdict."""
+    assert_same_pass(folder, (("cpu", 1000),), (("cuda", 1000),))
+
+
+def assert_same_pass(folder, *ways):
+    """ways : of each pass, the device of each part and the step at which it ends"""
+    results = []
+    for parts in ways:
+        below = folder / "_".join(f"{device}{steps}" for device, steps in parts)
         for device, steps in parts:
-            run_pass(device, folder / name, steps)
-    found, expected = load(folder / "both"), load(folder / "one")
+            run_pass(device, below, steps)
+        results.append(load(below))
+    expected, found = results
     off = apart(found.history, expected.history)
     assert {name: value for name, value in off.items() if not value <= OF_SUMS} == {}
     verdicts = [[(row["name"], row["verdict"]) for row in one.trust["rows"]] for one in (found, expected)]
