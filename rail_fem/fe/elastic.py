@@ -49,17 +49,16 @@ def fixed_geometry(x, nodes, filled, material_of, materials):
 
 
 @inlined
+def shape_gradients(fixed, e):
+    """The six modal gradient vectors of lane e."""
+    b1, b2, b3 = load(fixed, 0, 0, e), load(fixed, 0, 3, e), load(fixed, 0, 6, e)
+    return b1, b2, b3, load(fixed, 0, 9, e), load(fixed, 0, 12, e), load(fixed, 0, 15, e)
+
+
+@inlined
 def gradient_and_stress(m, fixed, e, lame, shear):
     """Mean displacement gradient and elastic stress of lane e, m the modes of its displacement."""
-    b = (
-        load(fixed, 0, 0, e),
-        load(fixed, 0, 3, e),
-        load(fixed, 0, 6, e),
-        load(fixed, 0, 9, e),
-        load(fixed, 0, 12, e),
-        load(fixed, 0, 15, e),
-    )
-    l = field_gradient(m, b, fixed[30 * _W + e])
+    l = field_gradient(m, shape_gradients(fixed, e), fixed[30 * _W + e])
     return l, add_elastic((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), l, 1.0, lame, shear)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from rail_fem.fe.card import arrays
-from rail_fem.fe.elastic import N_FIXED, elastic_hourglass, gradient_and_stress
+from rail_fem.fe.elastic import N_FIXED, elastic_hourglass, gradient_and_stress, shape_gradients
 from rail_fem.fe.finite_strain import rotate_stress, step_rotation, to_mid_step, von_mises
 from rail_fem.fe.hexahedron import constants_of, modal_force, stress_rows, trial_of
 from rail_fem.fe.lanes import inlined, load, store, thread
@@ -137,14 +137,7 @@ def force_small(block, e, a):
     fixed = own.geometry[block * N_FIXED * _W : (block + 1) * N_FIXED * _W]
     m = modes_at(a.nodes.displaced, own.nodes, block, e)
     l, stress = gradient_and_stress(m, fixed, e, material[0], material[1])
-    b = (
-        load(fixed, 0, 0, e),
-        load(fixed, 0, 3, e),
-        load(fixed, 0, 6, e),
-        load(fixed, 0, 9, e),
-        load(fixed, 0, 12, e),
-        load(fixed, 0, 15, e),
-    )
+    b = shape_gradients(fixed, e)
     g1, g2, g3, g4 = load(fixed, 0, 18, e), load(fixed, 0, 21, e), load(fixed, 0, 24, e), load(fixed, 0, 27, e)
     q1, q2, q3, q4 = elastic_hourglass(m, l, g1, g2, g3, g4, fixed[32 * _W + e])
     rows = stress_rows(stress[:3], stress[3:], 0.0)
