@@ -83,9 +83,9 @@ find_pairs = in_turn(
     touching.begin_pressures,
 )
 try_pressures = in_turn(touching.give_trials, touching.push_surface)
-press = in_turn(touching.take_pressures, touching.give_trials, touching.press_nodes)
+press = in_turn(touching.take_pressures, touching.give_trials, touching.load_nodes)
 slide = in_turn(
-    touching.choose_rubbing, touching.spread_area, touching.rub_pairs, touching.drag_nodes, touching.settle_slips
+    touching.choose_rubbing, touching.spread_area, touching.rub_pairs, touching.load_nodes, touching.settle_slips
 )
 record = in_turn(touching.add_up)
 react = in_turn(bodies.add_reactions)

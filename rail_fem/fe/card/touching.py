@@ -171,15 +171,15 @@ def take_pressures(thread, threads, a):
 
 
 @_part
-def press_nodes(thread, threads, a):
-    """Normal forces at the nodes."""
+def load_nodes(thread, threads, a):
+    """What pairs give onto the forces at the nodes, amounts onto the normal forces."""
     t = a.contact
     for j in range(thread, t.watched.size, threads):
         n = t.watched[j]
         gather_at(n, t)
-        t.found.normal_force[n] = t.push[n, 0]
+        t.found.normal_force[n] += t.push[n, 0]
         for c in range(3):
-            t.found.force[n, c] = t.push[n, 1 + c]
+            t.found.force[n, c] += t.push[n, 1 + c]
 
 
 @_part
@@ -204,21 +204,11 @@ def rub_pairs(thread, threads, a):
             flow, trial, t1, t2, r1, r2, point = room[0], room[1], room[2], room[3], room[4], room[5], room[6]
             spin, yaw, sliding = t.motion[arrays.SPIN], t.motion[arrays.YAW], t.sliding
             rub(pairs, i, t.nodes, t.law, spin, yaw, a.dt, found, sliding, sums, flow, trial, t1, t2, r1, r2, point)
+        t.given[i, 0] = 0.0
         for c in range(3):
             t.given[i, 1 + c] = -t.sliding.drag[i, c] if pairs.active[i] else 0.0
             if not pairs.active[i]:
                 found.slip[pairs.slaves[i], c] = 0.0
-
-
-@_part
-def drag_nodes(thread, threads, a):
-    """Friction onto the forces at the nodes."""
-    t = a.contact
-    for j in range(thread, t.watched.size, threads):
-        n = t.watched[j]
-        gather_at(n, t)
-        for c in range(3):
-            t.found.force[n, c] += t.push[n, 1 + c]
 
 
 @_part
