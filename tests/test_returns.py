@@ -9,6 +9,7 @@ MOST = 4
 # components of a vector or of a symmetric tensor, held in registers; numbers of one row, in the order of its columns
 VECTORS = {
     "rail_fem/fe/trilinear.py": {"scalar_modes", "by_mode"},
+    "rail_fem/fe/elastic.py": {"shape_gradients"},
     "rail_fem/fe/finite_strain.py": {"rotate_stress", "add_elastic"},
     "rail_fem/contact/patch_methods.py": {"_numbers"},
 }
