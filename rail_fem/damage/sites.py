@@ -22,13 +22,14 @@ from rail_fem.damage.rolling import Rolling
 from rail_fem.damage.section import Passing, Section, scattered, sine_positions
 from rail_fem.damage.subsurface import SubsurfaceSteel, subsurface_fatigue
 from rail_fem.damage.traffic import Event, equivalent_tonnage, maintenance
+from rail_fem.damage.turning import wheels_between
 from rail_fem.damage.wear import Archard, WearLaw, dry_laws
 from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.processes.pool import Pool
 from rail_fem.result.result import PassResult
 from rail_fem.scene.base import InputError
 from rail_fem.scene.input_errors import quantity_of
-from rail_fem.scene.scene import Scene
+from rail_fem.scene.scene import Scene, Wheel
 from rail_fem.settings.damage import DamageFleet, DamageSettings, Traffic
 from rail_fem.settings.light import RigidHertzSettings
 
@@ -115,6 +116,19 @@ def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, flo
     return tuple(made)
 
 
+def wheels_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, float], ...]:
+    """The traffic, its wheels at all ages where they are turned. Errors: those of `traffic_of`."""
+    traffic, turning = traffic_of(scene, settings), settings.turning
+    if turning is None or turning.until == 0:
+        return traffic
+    worn = Wheel(profile=turning.worn)
+    return tuple(
+        (own.replace_si(wheel=wheel), share / turning.ages)
+        for own, share in traffic
+        for wheel in wheels_between(own.wheel, worn, turning.until, turning.ages)
+    )
+
+
 def drawn_traffic(scene: Scene, fleet: DamageFleet) -> tuple[tuple[Scene, float], ...]:
     """As `traffic_of` of a fleet. Errors: ValueError with the key that cannot be drawn."""
     made = []
@@ -146,7 +160,7 @@ def switch_section(scene: Scene, settings: DamageSettings) -> Section:
     """The parametric switch at the position asked for, with the case's wheels on their sine."""
     site, passings = settings.switch, []
     positions, shares = sine_positions(site.lateral, site.amplitude, site.positions)
-    for own, weight in traffic_of(scene, settings):
+    for own, weight in wheels_of(scene, settings):
         steels = (own.materials.wheel.steel(), own.materials.nose.steel())
         elastic = [Elastic(steel.youngs_modulus, steel.poisson) for steel in steels]
         rolling = Rolling(
@@ -193,7 +207,7 @@ def crossing_site(
     positions, shares = scattered(0.0, settings.lateral_scatter)
     drawn = settings.fleet is not None and "scene.vehicle.axle_load" in settings.fleet.draw
     by_load = drawn or any(kind.axle_load for kind in settings.traffic)
-    for own, weight in traffic_of(scene, settings):
+    for own, weight in wheels_of(scene, settings):
         passes += [
             CrossingPass(own, float(shift), weight * float(share), patch_options(own, settings), by_load)
             for shift, share in zip(positions, shares, strict=True)

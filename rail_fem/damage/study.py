@@ -67,6 +67,8 @@ def study_mark(case: Case, settings: DamageSettings) -> dict[str, Any]:
         kind["wheel"] = kind["wheel"] and _content(kind["wheel"])
     if damage["fleet"] and (wheels := damage["fleet"]["draw"].get(WHEEL)):
         wheels["of"] = [_content(wheel) for wheel in wheels["of"]]
+    if damage["turning"]:
+        damage["turning"]["worn"] = _content(damage["turning"]["worn"])
     mark = {"study": "damage", "version": VERSION, "definition": DEFINITION}
     mark |= {"scene": case.scene.plain(), "damage": damage, "run": runs}
     return mark | ({} if flow is None else {"flow": flow_digest(flow)})

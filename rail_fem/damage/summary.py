@@ -65,6 +65,7 @@ def _of_crossing(settings: DamageSettings, state: Evolution, before: Any, after:
         "spread": state.worn.spread,
         "steep_share": _steep_share(before),
         "impacts": {when: _impacts(rate) for when, rate in rates},
+        "removed_by_kind": {when: _removed_by_kind(settings.law, rate) for when, rate in rates},
         "transfer": {when: [own.transfer for _, own in rate.kinds] for when, rate in rates},
     }
 
@@ -180,6 +181,12 @@ def _steep_share(rate: CrossingRate) -> float:
         total += share * own.facts.archard.sum()
         steep += share * own.facts.archard[np.abs(own.facts.angle) > STEEPEST].sum()
     return steep / total if total > 0 else 0.0
+
+
+def _removed_by_kind(law: str, rate: CrossingRate) -> list[list[Any]]:
+    """Each kind of pass, and its share of the volume that a mean pass removes."""
+    total = max(sum(share * own.removed[law] for share, own in rate.kinds), 1e-30)
+    return [[own.label, share * own.removed[law] / total] for share, own in rate.kinds]
 
 
 def _impacts(rate: CrossingRate) -> list[dict[str, Any]]:

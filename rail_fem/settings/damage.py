@@ -77,6 +77,19 @@ class DamageFleet(Draws):
         return draw
 
 
+class Turning(Frozen):
+    """Wheels of a life study that come at all ages between two turnings."""
+
+    worn: str = Field(description="profile to which wheels wear, by name, or as a path beside the case file")
+    until: Annotated[float, Quantity("", 0, 1, "of that wear, at which they are turned; 0: they stay new")] = 1.0
+    ages: Count = Field(3, ge=1, le=50, description="equal parts of the wear between two turnings, a wheel each")
+
+    @field_validator("worn")
+    @classmethod
+    def _wheel_is_there(cls, worn: str, info: ValidationInfo) -> str:
+        return _checked_wheel(worn, info)
+
+
 class DamageSettings(Frozen):
     """Wear, fatigue and life of a rail under many passes."""
 
@@ -139,6 +152,7 @@ class DamageSettings(Frozen):
     fleet: DamageFleet | None = Field(
         None, description="in place of traffic: what differs from wheel to wheel is drawn, life is a distribution"
     )
+    turning: Turning | None = Field(None, description="wheels that wear and are turned; none: all stay as they are")
     lateral_scatter: Annotated[float, Quantity("mm", 0, 10, "standard deviation of the wheels' lateral position")] = 0.0
     shear_yield: Annotated[
         float, Quantity("MPa", 50, 2000, "shear yield stress of the worked surface, for the shakedown map")
@@ -230,6 +244,8 @@ class DamageSettings(Frozen):
             self._refuse(f"fleet.draw: {other[0]}: what a wheel brings along is a key of the scene, scene.speed")
         if self.fleet and (fixed := [key for key in self.fleet.draw if key.startswith("scene.crossing")]):
             self._refuse(f"fleet.draw: {fixed[0]}: the crossing that wears is one; leave it out")
+        if self.turning and self.fleet:
+            self._refuse("turning: a fleet's wheels are drawn with their wear; leave one of them out")
         total = sum(kind.share for kind in self.traffic)
         if self.traffic and abs(total - 1) > 1e-6:
             self._refuse(f"traffic: shares add up to {total:.6g}, they must sum to 1")

@@ -1,0 +1,47 @@
+"""Wheels at all ages between two turnings, for a life study: how they look when they are turned is given.
+
+What a wheel loses over one crossing is nothing beside its way between two passes: its wear is that of its line, of
+curves and brakes, and is measured, not computed here. At constant wear a mile, wheels that come past at any moment are
+of all depths between new and turned, each as frequent (renewal: Cox, Renewal Theory (1962), chapter 5, recalled), and
+the crossing sees the same mixture at all times, however many miles lie between two turnings.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+
+import numpy as np
+
+from geometry.profiles.profile import Profile
+from rail_fem.scene.scene import Wheel
+from rail_fem.scene.wheel_profile import MeasuredWheel
+
+
+def between(new: Profile, worn: Profile, part: float) -> Profile:
+    """A profile that has lost a part of what lies between two, height by height at the points of the new one; where the
+    worn one does not reach, the new one. Error: worn section linear in `part` to round-off (tests/damage/test_turning).
+    """
+    y, z = new.points.T
+    lost, steeper = worn.height(y) - z, worn.slope(y) - new.slope(y)
+    known = np.isfinite(lost) & np.isfinite(steeper) & (lost != 0)
+    rate = part * np.where(known, steeper, 0.0)  # on both sides of a kink, which stays
+    turned = lambda angle: np.where(known, np.arctan(np.tan(angle) + rate), angle)
+    return Profile(
+        np.column_stack([y, z + part * np.where(known, lost, 0.0)]),
+        turned(new.angle_before),
+        turned(new.angle_after),
+        np.where(known, np.nan, new.curvature),
+        f"{new.label}, {part:.1%} of the way to {worn.label}",
+    )
+
+
+def wheels_between(wheel: Wheel, worn: Wheel, until: float, ages: int) -> tuple[Wheel, ...]:
+    """(ages,) wheels in the middles of equal parts of the wear from a wheel to a share `until` of that of `worn`."""
+    made = []
+    for part in (np.arange(ages) + 0.5) / ages * until:
+        name = f"{wheel.name}, {part:.1%} worn to {worn.name}"
+        line = replace(between(wheel.shape, worn.shape, float(part)), label=name)
+        kept = MeasuredWheel(name, hashlib.sha256(line.points.tobytes()).hexdigest(), (), line)
+        made.append(Wheel.checked({"profile": name, "radius": wheel.radius}, {"kept": kept}))
+    return tuple(made)
