@@ -119,7 +119,7 @@ def line_contact(load: float, radius: float, modulus: float) -> LineContact:
 
     Examples
     --------
-    >>> round(bem.line_contact(1e6, 0.3, 115e9).half_width * 1e3, 3)  # [mm]
+    >>> float(round(bem.line_contact(1e6, 0.3, 115e9).half_width * 1e3, 3))  # [mm]
     1.822
     """
     refuse_unless_positive(HertzError, load=load, radius=radius, modulus=modulus)

@@ -49,7 +49,9 @@ class Panel(NamedTuple):
             else:
                 axes.plot(x, y, *look, color=colour, mfc="none", label=words)
         axes.set(xlabel=self.xlabel, ylabel=self.ylabel, title=self.title)
-        axes.set(**{f"{name}scale": "log" for name in self.log}, aspect="equal" if self.equal else "auto")
+        positive = dict(zip("xy", np.isfinite(axes.dataLim.minpos)))  # without, a logarithmic axis warns
+        scales = {f"{name}scale": "log" for name in self.log if positive[name]}
+        axes.set(**scales, aspect="equal" if self.equal else "auto")
         low, high = axes.get_ylim()
         if "y" not in self.log and high - low < (least := LEAST_SPAN * max(abs(low), abs(high))):
             axes.set_ylim((low + high - least) / 2, (low + high + least) / 2)

@@ -61,12 +61,13 @@ def test_a_rate_of_one_back_stress_is_constant_and_jumped_over_to_round_off():
 
 def test_a_little_that_stays_of_each_of_many_passes_is_ratchetting():
     """Three back stresses of which none forgets wholly: of 1.8e-3 that flow in a pass 1e-5 stay, for ever: the forward
-    strain of 2,000 passes is 4 %, and of the half of them 57 %."""
+    strain of 2,000 passes is 4 %, and of the half of them 57 %. Where jumps end, round-off decides: 2.17e-5 and 2.21e-5
+    of two compilers."""
     law = cyclic_law(YOUNG, POISSON, YIELD, [60e9, 8e9, 2e9], [600.0, 60.0, 3.0], mixing=0.1)
     depth = HALF_WIDTH * np.array([0.5])
     history = rolling_line_contact(law, HALF_WIDTH, 4.3 * SHEAR_YIELD, 0.15, depth, 2000, 60, JumpRule())
     rate = history.shear[-1, 0] - history.shear[-2, 0]
-    assert rate == pytest.approx(2.17e-5, rel=0.01) and history.shear[-1, 0] > 1000 * rate
+    assert rate == pytest.approx(2.19e-5, rel=0.02) and history.shear[-1, 0] > 1000 * rate
     assert history.verdict() == "ratchetting" and "in 10,000 at that rate" in history.verdict_words()
 
 
