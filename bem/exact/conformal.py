@@ -10,11 +10,6 @@ the table of E* dR / P and p0 R / P that the tests quote.
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
-
-from bem.checks import refuse_unless_finite
-
-_SMALLEST = 1e-6  # semi-angle [rad]
 
 
 class PinError(ValueError):
@@ -32,17 +27,6 @@ def pin_clearance(semi_angle: float) -> float:
     _refuse_no_angle(semi_angle)
     b2 = np.tan(semi_angle / 2) ** 2
     return float((2 - np.log1p(b2) - 2 * b2**2) / (2 * np.pi * b2 * (1 + b2)))
-
-
-def pin_semi_angle(clearance: float) -> float:
-    """Semi-angle [rad] for a given E* dR / P; 84.8 degrees at zero clearance, more for an interference."""
-    refuse_unless_finite(PinError, clearance=clearance)
-    if clearance > pin_clearance(_SMALLEST):
-        raise PinError(
-            f"E* dR / P = {clearance:.3g}: the contact is narrower than {_SMALLEST:g} rad; use"
-            " bem.exact.hertz.line_contact"
-        )
-    return float(brentq(lambda angle: pin_clearance(angle) - clearance, _SMALLEST, np.pi - 1e-6, xtol=1e-14))
 
 
 def pin_pressure(angle: np.ndarray, semi_angle: float) -> np.ndarray:

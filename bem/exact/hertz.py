@@ -1,9 +1,8 @@
-"""Hertz contact in closed form: line, circle and ellipse; sphere impact. Stresses below the surface:
-bem/exact/subsurface.py.
+"""Hertz contact in closed form: line, circle and ellipse. Stresses below: bem/exact/subsurface.py.
 
 Everything SI. `modulus` is the contact modulus E* of bem.material.contact_modulus, so unlike materials are included.
 Relative curvature is positive when the gap opens away from the contact: a concave body has a negative curvature.
-Source: K. L. Johnson, Contact Mechanics (1985), sections 4.2 and 11.4; K, E and their combinations in Carlson's forms,
+Source: K. L. Johnson, Contact Mechanics (1985), section 4.2; K, E and their combinations in Carlson's forms,
 which lose no digits as the ellipse becomes a circle or a line.
 """
 
@@ -13,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import elliprd, elliprf, gamma
+from scipy.special import elliprd, elliprf
 
 from bem.checks import refuse_unless_positive
 from bem.renamed import renamed
@@ -66,34 +65,6 @@ class PointContact:
         return np.pi * self.semi_x * self.semi_y
 
 
-def relative_radius(first: float, second: float) -> float:
-    """Relative radius [m] of two bodies in one plane: 1/R = 1/R1 + 1/R2; np.inf is a flat, negative is concave."""
-    if first == 0 or second == 0:
-        raise HertzError(f"radii {first}, {second}: a radius of zero is an edge, not a Hertz contact")
-    curvature = 1 / first + 1 / second
-    if curvature <= 0:
-        raise HertzError(f"radii {first}, {second} m conform (relative curvature {curvature:g} 1/m): Hertz needs > 0")
-    return 1 / curvature
-
-
-def principal_radii(
-    curvatures_1: tuple[float, float], curvatures_2: tuple[float, float], angle: float
-) -> tuple[float, float, float]:
-    """Relative principal radii of two bodies whose principal axes are turned against each other.
-
-    curvatures_1 : (kx, ky) of body 1 along its own principal axes [1/m]
-    curvatures_2 : (kx, ky) of body 2, whose x axis lies at `angle` [rad] from that of body 1
-    Returns (radius_x, radius_y, turn): relative radii [m] along axes turned by `turn` [rad] from those of body 1.
-    Source: Johnson (1985), section 4.1.
-    """
-    c, s = np.cos(angle), np.sin(angle)
-    turned = np.array([[c, -s], [s, c]]) @ np.diag(curvatures_2) @ np.array([[c, s], [-s, c]])
-    curvature, axes = np.linalg.eigh(np.diag(curvatures_1) + turned)
-    if curvature[0] <= 0:
-        raise HertzError(f"relative curvatures {curvature} 1/m: Hertz point contact needs both positive")
-    return 1 / curvature[0], 1 / curvature[1], float(np.arctan2(axes[1, 0], axes[0, 0]))
-
-
 @renamed(force="load")
 def line_contact(load: float, radius: float, modulus: float) -> LineContact:
     """Hertz line contact.
@@ -131,18 +102,6 @@ def line_contact_of_width(half_width: float, radius: float, modulus: float) -> L
     """Line contact from its half-width [m]: force = pi E* a^2 / (4 R)."""
     refuse_unless_positive(HertzError, half_width=half_width, radius=radius, modulus=modulus)
     return line_contact(np.pi * modulus * half_width**2 / (4 * radius), radius, modulus)
-
-
-def line_compression(contact: LineContact, depth: float, poisson: float, plane_modulus: float) -> float:
-    """Approach [m] of the contact's middle to a point `depth` [m] below it in a half-plane, depth >> half-width.
-
-    Line contact has no approach of its own: displacement grows as the logarithm of the depth. Error: of order
-    (half_width/depth)^2. Source: Johnson (1985), eq. 5.57.
-    """
-    refuse_unless_positive(HertzError, depth=depth, plane_modulus=plane_modulus)
-    return (
-        contact.force / (np.pi * plane_modulus) * (2 * np.log(2 * depth / contact.half_width) - poisson / (1 - poisson))
-    )
 
 
 def _ellipse_integrals(ratio: float) -> tuple[float, float, float]:
@@ -229,28 +188,3 @@ def contact_stiffness(radius_x: float, radius_y: float, modulus: float) -> float
 def tangent_stiffness(constant: float, force: float) -> float:
     """dF/dd [N/m] of F = constant d^1.5 at a force [N]; constant [N/m^1.5] of `contact_stiffness`."""
     return 1.5 * constant ** (2 / 3) * force ** (1 / 3)
-
-
-@dataclass(frozen=True)
-class SphereImpact:
-    """Largest approach [m], largest force [N], duration of contact [s]."""
-
-    approach: float
-    force: float
-    contact_time: float
-
-
-# contact time * speed / approach = 2 * integral of dx / sqrt(1 - x^2.5) over (0, 1) = 2.9433
-_TIME_FACTOR = 2 * np.sqrt(np.pi) * gamma(1.4) / gamma(0.9)
-
-
-def sphere_impact(mass: float, speed: float, radius: float, modulus: float) -> SphereImpact:
-    """Elastic impact of spheres, quasi-static Hertz (waves neglected).
-
-    mass : effective mass [kg], 1/m = 1/m1 + 1/m2 (a half-space is infinite); speed : of approach [m/s]
-    radius : relative [m]; modulus : E* [Pa]. Source: Johnson (1985), eq. 11.20 to 11.24.
-    """
-    refuse_unless_positive(HertzError, mass=mass, speed=speed, radius=radius, modulus=modulus)
-    approach = (15 * mass * speed**2 / (16 * np.sqrt(radius) * modulus)) ** 0.4
-    force = 4 / 3 * modulus * np.sqrt(radius) * approach**1.5
-    return SphereImpact(approach, force, _TIME_FACTOR * approach / speed)

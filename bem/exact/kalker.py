@@ -20,8 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
 
-from bem.material import Pair
-from bem.patch import ContactInputError, Creepage
+from bem.patch import ContactInputError
 
 _MOST_SLENDER = 60.0
 
@@ -148,16 +147,3 @@ def _moments(a: float, b: float, degree: int) -> tuple[np.ndarray, np.ndarray, n
     weight = a * b * 2 * np.pi / angle.size * np.repeat(weights[:, None], angle.size, axis=1)
     basis = _basis(x, y, degree)
     return tuple(np.einsum("ij,ijn->n", weight * factor, basis) for factor in (1.0, a * x, b * y))
-
-
-def linear_creep_forces(
-    semi_x: float, semi_y: float, pair: Pair, creepage: Creepage, coefficients: CreepageCoefficients
-) -> tuple[float, float, float]:
-    """Fx, Fy [N] and Mz [N m] on body 1 by the linear theory, for creepages about the ellipse's centre."""
-    c = coefficients
-    size = np.sqrt(semi_x * semi_y)
-    return (
-        -pair.shear * size**2 * c.c11 * creepage.longitudinal,
-        -pair.shear * (size**2 * c.c22 * creepage.lateral + size**3 * c.c23 * creepage.spin),
-        pair.shear * (size**3 * c.c23 * creepage.lateral - size**4 * c.c33 * creepage.spin),
-    )

@@ -1,4 +1,4 @@
-"""Stress below Hertz contacts in closed form: line (everywhere), circle and ellipse (on the axis).
+"""Stress below Hertz line contacts in closed form; equivalent stresses.
 
 Axes of geometry/axes.py: x along the surface, z up, out of the body; `depth` = -z >= 0. Tension positive.
 """
@@ -6,16 +6,9 @@ Axes of geometry/axes.py: x along the surface, z up, out of the body; `depth` = 
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import elliprd, elliprf
 
 from bem.checks import refuse_unless_finite, refuse_unless_positive
 from bem.exact.hertz import HertzError
-
-
-def _refuse_above(depth: np.ndarray) -> None:
-    depth = np.asarray(depth, float)
-    if (depth < 0).any():
-        raise HertzError(f"depth {depth.min():g} m lies above the surface: give depths >= 0")
 
 
 def line_stress(
@@ -31,8 +24,9 @@ def line_stress(
     """
     refuse_unless_positive(HertzError, half_width=half_width)
     refuse_unless_finite(HertzError, max_pressure=max_pressure, max_shear_traction=max_shear_traction)
-    _refuse_above(depth)
     x, depth = np.broadcast_arrays(np.asarray(x, float), np.asarray(depth, float))
+    if (depth < 0).any():
+        raise HertzError(f"depth {depth.min():g} m lies above the surface: give depths >= 0")
     a = half_width
     part = a**2 - x**2 + depth**2
     modulus = np.hypot(part, 2 * x * depth)
@@ -52,46 +46,6 @@ def line_stress(
     )
 
 
-def ellipse_axis_stress(
-    depth: np.ndarray, semi_x: float, semi_y: float, max_pressure: float, poisson: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Stress on the axis below an ellipsoidal pressure (the shear stresses vanish there).
-
-    depth : (n,) [m] >= 0; semi_x, semi_y : semi-axes [m]; max_pressure [Pa]
-    Returns sigma_xx, sigma_yy, sigma_zz, each (n,) [Pa].
-    Error: round-off, for any axis ratio (tests/bem/test_subsurface.py: quadrature of Boussinesq's solution).
-    Source: Thomas and Hoersch (1930) as in Boresi and Schmidt, Advanced Mechanics of Materials, section 17.4;
-    rewritten with Carlson's integrals so that the circle is no special case.
-    """
-    refuse_unless_positive(HertzError, semi_x=semi_x, semi_y=semi_y)
-    refuse_unless_finite(HertzError, max_pressure=max_pressure, poisson=poisson)
-    _refuse_above(depth)
-    if semi_x < semi_y:
-        yy, xx, zz = ellipse_axis_stress(depth, semi_y, semi_x, max_pressure, poisson)
-        return xx, yy, zz
-    s = np.asarray(depth, float) / semi_x
-    k = semi_y / semi_x
-    n = np.sqrt((k**2 + s**2) / (1 + s**2))
-    sine2, cosine2 = 1 / (1 + s**2), s**2 / (1 + s**2)  # of phi = arctan(semi_x / depth)
-    delta2 = cosine2 + k**2 * sine2
-    first = np.sqrt(sine2) * elliprf(cosine2, delta2, 1.0)  # F(phi)
-    d = sine2**1.5 * elliprd(cosine2, delta2, 1.0) / 3  # (F - E)/e^2
-    edge = 1 / ((1 + s**2) * (1 + n))  # (1 - n)/e^2
-    other = (edge - 1 + s * (first - d)) / k**2
-    xx = (-edge / 2 + s * d) + poisson * other
-    yy = (edge / (2 * n) + other) + poisson * (-edge + s * d)
-    zz = -1 / (2 * n * (1 + s**2))  # -(1/n - n)/(2 e^2)
-    scale = 2 * k * max_pressure
-    return scale * xx, scale * yy, scale * zz
-
-
-def circle_axis_stress(
-    depth: np.ndarray, radius: float, max_pressure: float, poisson: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Stress on the axis below a Hertz circle: sigma_xx = sigma_yy, sigma_zz [Pa] (see ellipse_axis_stress)."""
-    return ellipse_axis_stress(depth, radius, radius, max_pressure, poisson)
-
-
 def von_mises(stress: np.ndarray) -> np.ndarray:
     """Von Mises stress [Pa] of stresses (..., 6), order xx, yy, zz, yz, xz, xy."""
     xx, yy, zz, yz, xz, xy = np.moveaxis(stress, -1, 0)
@@ -104,8 +58,3 @@ def von_mises_plane(stress: np.ndarray, poisson: float) -> np.ndarray:
     out = poisson * (xx + zz)
     none = np.zeros_like(out)
     return von_mises(np.stack(np.broadcast_arrays(xx, zz, out, none, none, xz), axis=-1))
-
-
-def max_shear_plane(xx: np.ndarray, zz: np.ndarray, xz: np.ndarray) -> np.ndarray:
-    """Largest shear stress in the plane [Pa]."""
-    return np.hypot((xx - zz) / 2, xz)

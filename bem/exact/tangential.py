@@ -14,20 +14,15 @@ from bem.exact.hertz import HertzError
 from bem.material import Elastic
 
 
-def _share(tangential: float, limit: float) -> float:
-    """Q / (mu P), refused beyond full slip."""
+def cattaneo_line_stick(tangential: float, limit: float) -> float:
+    """Stick width over contact width of a line contact under Q after P; limit is mu P (eq. 7.26)."""
     refuse_unless_positive(HertzError, limit=limit)
     refuse_unless_finite(HertzError, tangential=tangential)
     if abs(tangential) > limit:
         raise HertzError(
             f"tangential load {tangential:g} exceeds friction times normal load {limit:g}: the contact slides"
         )
-    return abs(tangential) / limit
-
-
-def cattaneo_line_stick(tangential: float, limit: float) -> float:
-    """Stick width over contact width of a line contact under Q after P; limit is mu P (eq. 7.26)."""
-    return float(np.sqrt(1 - _share(tangential, limit)))
+    return float(np.sqrt(1 - abs(tangential) / limit))
 
 
 def cattaneo_line_shear(x: np.ndarray, half_width: float, max_traction: float, stick: float) -> np.ndarray:
@@ -37,16 +32,6 @@ def cattaneo_line_shear(x: np.ndarray, half_width: float, max_traction: float, s
     outer = np.sqrt(np.clip(1 - (np.asarray(x) / half_width) ** 2, 0, None))
     inner = np.sqrt(np.clip(stick**2 - (np.asarray(x) / half_width) ** 2, 0, None))
     return max_traction * (outer - inner)
-
-
-def cattaneo_sphere(
-    tangential: float, limit: float, radius: float, first: Elastic, second: Elastic
-) -> tuple[float, float]:
-    """Stick radius [m] and shift [m] of distant points of a circular contact of the given radius [m]; limit is mu P
-    (eq. 7.41 to 7.43)."""
-    left = 1 - _share(tangential, limit)
-    compliance = (2 - first.poisson) / first.shear + (2 - second.poisson) / second.shear
-    return radius * left ** (1 / 3), 3 * limit / (16 * radius) * compliance * (1 - left ** (2 / 3))
 
 
 def carter_creepage(force_share: float, half_width: float, radius: float, friction: float) -> float:

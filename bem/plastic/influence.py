@@ -19,8 +19,7 @@ from scipy import fft
 from bem.material import Elastic
 from bem.patch import ContactInputError
 from bem.plastic.corners import COUNT, MONOMIALS, corner_planes
-from bem.plastic.cuboid import coefficient_tables, facing_layers
-from bem.plastic.symbols import PAIRS, depth_parity
+from bem.plastic.symbols import PAIRS, coefficient_tables, depth_parity, facing_layers
 from bem.steel.deviator import FROM_DEVIATOR, MEAN, ODD_X, ODD_Y, TO_DEVIATOR
 from kernel_cache import njit
 

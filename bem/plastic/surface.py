@@ -10,8 +10,7 @@ from bem.halfspace.stress import rectangle_stress
 from bem.material import Elastic
 from bem.patch import Grid
 from bem.plastic.corners import corner_planes
-from bem.plastic.cuboid import coefficient_tables
-from bem.plastic.symbols import depth_parity
+from bem.plastic.symbols import coefficient_tables, depth_parity
 from bem.steel.deviator import FROM_DEVIATOR, MEAN, TO_DEVIATOR
 
 

@@ -16,6 +16,11 @@ from __future__ import annotations
 
 import functools
 
+import numpy as np
+
+from bem.material import Elastic
+from bem.plastic.corners import COUNT, NUMBER
+
 Polynomial = dict[tuple[int, int, int, int, int], float]
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))  # VOIGT: xx yy zz yz xz xy
@@ -146,7 +151,7 @@ def layer_polynomials(poisson: float) -> dict[str, list[list[Polynomial]]]:
     "surface stress", "surface displacement" : powers of z and z'
     "full layer stress", "surface layer stress" : the same integrated over the observer's depth once more, sign
         reversed, for the mean over a layer
-    Stresses over mu. Multiply by 1 / (2 pi); add what `facing_layers` in bem.plastic.cuboid says inside.
+    Stresses over mu. Multiply by 1 / (2 pi); add what `facing_layers` says inside.
     """
     tables: dict[str, list[list[Polynomial]]] = {}
     for part in ("full", "surface"):
@@ -161,6 +166,29 @@ def layer_polynomials(poisson: float) -> dict[str, list[list[Polynomial]]]:
         twice = lambda term: _corner_form(_over_depth(_over_depth(term, depth), 3))
         tables[f"{part} layer stress"] = [[twice(stresses[k][i]) for k in range(6)] for i in range(6)]
     return tables
+
+
+@functools.lru_cache(maxsize=16)
+def coefficient_tables(poisson: float) -> dict[str, np.ndarray]:
+    """Of each field of `layer_polynomials`: (components, 6, 36, 2, 2) factors of corner function, power of eta or z,
+    power of z'."""
+    tables = {}
+    for name, rows in layer_polynomials(poisson).items():
+        table = np.zeros((len(rows), 6, COUNT, 2, 2))
+        for i, row in enumerate(rows):
+            for k, term in enumerate(row):
+                for (a, b, c, m, n), value in term.items():
+                    table[i, k, NUMBER[a, b, c], m, n] += value
+        tables[name] = table / (2 * np.pi)
+    return tables
+
+
+def facing_layers(strain: np.ndarray, elastic: Elastic) -> np.ndarray:
+    """(6,) what the stress inside a uniform layer has more than that in a thin slit of the same layer [Pa]: in the
+    plane the eigenstrain stretches the layer alone, tractions on its faces are continuous."""
+    xx, yy, xy = strain[0], strain[1], strain[5]
+    nu, modulus = elastic.poisson, elastic.plane_modulus
+    return -modulus * np.array([xx + nu * yy, yy + nu * xx, 0.0, 0.0, 0.0, (1 - nu) * xy])
 
 
 def depth_parity(field: tuple[int, ...], component: int) -> int:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bem.exact.conformal import pin_clearance, pin_pressure, pin_semi_angle
+from bem.exact.conformal import pin_clearance, pin_pressure
 from bem.halfspace.normal import normal_contact
 from bem.material import STEEL
 from bem.patch import Grid, Patch
@@ -11,6 +11,7 @@ from bem.plane.curve import arc
 from bem.plane.outline import Edge, Outline
 from bem.slices.coupled import SlicePatch, slice_contact
 from bem.slices.slices import SliceGap, Slices
+from tests.bem.closed_forms import pin_semi_angle
 
 PIN_RADIUS, CLEARANCE = 0.05, 2e-5
 

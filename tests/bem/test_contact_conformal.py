@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from bem.exact.conformal import pin_clearance, pin_pressure, pin_semi_angle
+from bem.exact.conformal import pin_clearance, pin_pressure
 from bem.material import STEEL, contact_modulus
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.coulomb import Control
 from bem.verification.exact_problems import pin_and_hole
+from tests.bem.closed_forms import pin_semi_angle
 
 # VERIFICATION D: contact semi-angle [degrees], E* dR / P, p0 R / P
 TABLE = [(30, 3.9718, 1.2603), (45, 1.4116, 0.8821), (60, 0.5336, 0.7117), (75, 0.1435, 0.6281)]

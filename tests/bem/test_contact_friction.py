@@ -8,7 +8,6 @@ from bem.exact.tangential import (
     carter_creepage,
     cattaneo_line_shear,
     cattaneo_line_stick,
-    cattaneo_sphere,
     dundurs_beta,
     spence_line_stick,
 )
@@ -20,6 +19,7 @@ from bem.plane.rolling import solve_rolling
 from bem.verification.cases import LOAD, non_conformal
 from bem.verification.exact_problems import FRICTION, SOFT_STEEL, UNLIKE, pressed_discs, spence_friction, spence_ratios
 from bem.verification.exact_problems import HALF_WIDTH as A
+from tests.bem.closed_forms import cattaneo_sphere
 from tests.order import assert_order
 
 HERTZ = line_contact_of_width(A, 0.5, contact_modulus(SOFT_STEEL, SOFT_STEEL))

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from bem.exact.hertz import line_contact_of_width
-from bem.exact.subsurface import line_stress, max_shear_plane
+from bem.exact.subsurface import line_stress
 from bem.material import STEEL, Elastic, contact_modulus
 from bem.plane.contact import Settings, element_size, solve_contact
 from bem.plane.coulomb import Control
 from bem.plane.internal import displacement_at, field_at, stress_at
 from bem.verification.exact_problems import SOFT_STEEL, disc, two_discs
+from tests.bem.closed_forms import max_shear_plane
 
 A = 1e-3  # half-width; the discs' radius is a thousand times that, the relative radius 0.5 m
 

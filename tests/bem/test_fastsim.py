@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from bem.exact.kalker import linear_creep_forces
 from bem.exact.kalker_table import coefficients
 from bem.halfspace.fastsim import elliptic_patch, equivalent_ellipse, fastsim, flexibilities
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.tangential import rolling_contact
 from bem.material import STEEL, Elastic, Pair
 from bem.patch import ContactInputError, Creepage, Grid, Patch
+from tests.bem.closed_forms import linear_creep_forces
 from tests.order import assert_order
 
 SEMI_X, SEMI_Y, LOAD = 6e-3, 4e-3, 1e5

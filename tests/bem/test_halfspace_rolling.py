@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from bem.exact.hertz import line_contact_of_width, point_contact
-from bem.exact.kalker import linear_creep_forces
 from bem.exact.kalker_table import coefficients
 from bem.exact.tangential import carter_creepage
 from bem.halfspace.fastsim import elliptic_patch
@@ -12,6 +11,7 @@ from bem.halfspace.normal import normal_contact
 from bem.halfspace.tangential import rolling_contact
 from bem.material import STEEL, Elastic, Pair
 from bem.patch import Creepage, Grid, Patch
+from tests.bem.closed_forms import linear_creep_forces
 from tests.order import assert_order
 
 LOAD = 1e5

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from bem.exact.tangential import cattaneo_sphere
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.tangential import rolling_contact, shift_contact
 from bem.material import STEEL, Elastic
 from bem.patch import Creepage, Grid, Patch
+from tests.bem.closed_forms import cattaneo_sphere
 from tests.order import assert_order
 
 RUBBER = Elastic.from_shear(200e6, 0.42)

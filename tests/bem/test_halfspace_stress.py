@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import dblquad
 
 from bem.exact.hertz import point_contact
-from bem.exact.subsurface import ellipse_axis_stress, von_mises
+from bem.exact.subsurface import von_mises
 from bem.halfspace.fastsim import elliptic_patch
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.stress import rectangle_stress, subsurface_stress
@@ -13,6 +13,7 @@ from bem.halfspace.tangential import rolling_contact
 from bem.material import STEEL
 from bem.patch import ContactInputError, Creepage
 from bem.slices.coupled import SlicePatch
+from tests.bem.closed_forms import ellipse_axis_stress
 
 
 def boussinesq(x, y, z, nu):

@@ -7,16 +7,13 @@ from scipy.integrate import quad
 from bem.exact.hertz import (
     HertzError,
     contact_stiffness,
-    line_compression,
     line_contact,
     line_contact_of_width,
     point_contact,
     point_contact_of_approach,
-    principal_radii,
-    relative_radius,
-    sphere_impact,
 )
 from bem.material import STEEL, Elastic, MaterialError, contact_modulus
+from tests.bem.closed_forms import line_compression, sphere_impact
 
 E_STAR = contact_modulus(STEEL, STEEL)
 
@@ -83,16 +80,6 @@ def test_unlike_materials_meet_between():
     assert contact_modulus(STEEL, soft) == contact_modulus(soft, STEEL)
 
 
-def test_turned_bodies_share_curvature():
-    """Crossed equal cylinders are a sphere on a flat; parallel ones keep one curvature of zero (refused)."""
-    rx, ry, _ = principal_radii((0, 1 / 0.3), (0, 1 / 0.3), np.pi / 2)
-    assert (rx, ry) == pytest.approx((0.3, 0.3), rel=1e-14)
-    rx, ry, _ = principal_radii((0, 2.0), (0, 2.0), 0.3)
-    assert 1 / rx + 1 / ry == pytest.approx(4.0, rel=1e-14)
-    with pytest.raises(HertzError, match="both positive"):
-        principal_radii((0, 2.0), (0, 2.0), 0.0)
-
-
 def test_line_compression_is_the_strain_below_summed_up():
     from bem.exact.subsurface import line_stress
 
@@ -123,9 +110,6 @@ def test_sphere_impact_on_half_space():
         lambda: line_contact(np.nan, 0.5, E_STAR),
         lambda: point_contact(1.0, -0.5, 0.5, E_STAR),
         lambda: point_contact(1.0, 1e13, 0.5, E_STAR),
-        lambda: relative_radius(0.5, -0.4),
-        lambda: relative_radius(0.0, 0.4),
-        lambda: sphere_impact(1.0, 0.0, 1.0, 1.0),
     ],
 )
 def test_what_has_no_hertz_contact_is_refused(call):
@@ -139,8 +123,3 @@ def test_what_has_no_hertz_contact_is_refused(call):
 def test_impossible_materials_are_refused(young, poisson):
     with pytest.raises(MaterialError):
         Elastic(young, poisson)
-
-
-def test_relative_radius_of_ball_in_groove():
-    assert relative_radius(0.3, -0.4) == pytest.approx(1.2)
-    assert relative_radius(np.inf, 0.4) == 0.4

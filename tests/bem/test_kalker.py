@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from bem.exact.kalker import CreepageCoefficients, creepage_coefficients, linear_creep_forces
+from bem.exact.kalker import CreepageCoefficients, creepage_coefficients
 from bem.exact.kalker_table import coefficients
 from bem.material import STEEL, Pair
 from bem.patch import ContactInputError, Creepage
+from tests.bem.closed_forms import linear_creep_forces
 
 # a/b, nu: C11, C22, C23, C33 of Kalker (1990), Table E3; three digits are printed
 PUBLISHED = {

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bem.exact.tangential import cattaneo_sphere
+from tests.bem.closed_forms import cattaneo_sphere
 from tests.bem.oblique_impact import RADIUS, ObliqueImpact, SlidingCells, SlidingSprings, rebound
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bem.exact.conformal import pin_clearance, pin_pressure, pin_semi_angle
+from bem.exact.conformal import pin_clearance, pin_pressure
 from bem.exact.hertz import point_contact
 from bem.halfspace.normal import normal_contact
 from bem.material import STEEL, Elastic, Pair, contact_modulus
@@ -19,6 +19,7 @@ from bem.plane.outline import Edge, Outline, OutlineError, block_behind
 from bem.slices.coupled import SliceOperator, _Problem, slice_contact
 from bem.slices.slices import SliceGap, Slices, slices_of_profiles, wheel_on_prism
 from bem.verification.cases import CASES
+from tests.bem.closed_forms import pin_semi_angle
 from tests.bem.test_halfspace_normal import radii_of_ratio
 
 MODULUS = STEEL.plane_modulus / 2

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from bem.exact.subsurface import circle_axis_stress, ellipse_axis_stress, line_stress, max_shear_plane, von_mises_plane
+from bem.exact.subsurface import line_stress, von_mises_plane
+from tests.bem.closed_forms import circle_axis_stress, ellipse_axis_stress, max_shear_plane
 
 
 def flamant_quadrature(x, depth, shear):

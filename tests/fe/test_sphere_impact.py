@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from bem.exact.hertz import sphere_impact
 from bem.material import STEEL as ELASTIC
 from bem.material import contact_modulus
 from geometry.meshing.blocks import mesh_cap
 from rail_fem.studies import impact as study
+from tests.bem.closed_forms import sphere_impact
 from tests.fe.bodies import STEEL
 
 RADIUS, SPEED = 0.025, 1.0

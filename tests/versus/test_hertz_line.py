@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from bem.exact.hertz import line_compression, line_contact_of_width
+from bem.exact.hertz import line_contact_of_width
 from bem.material import Elastic, contact_modulus
 from geometry.meshing.blocks import mesh_cap
 from rail_fem.scene.steel import Steel
 from rail_fem.studies import impact as study
+from tests.bem.closed_forms import line_compression
 from tests.order import assert_order
 
 # cylinder of 500 mm on a flat, G 82 GPa, nu 0.28, half-width 1 mm: 178.896 N/mm and 113.889 MPa

@@ -6,13 +6,13 @@ from functools import partial
 import numpy as np
 import pytest
 
-from bem.exact.kalker import linear_creep_forces
 from bem.exact.kalker_table import coefficients
 from bem.halfspace.fastsim import fastsim
 from bem.halfspace.tangential import rolling_contact
 from bem.material import STEEL, Pair
 from bem.patch import Creepage
 from rail_fem.studies import patch_speed
+from tests.bem.closed_forms import linear_creep_forces
 
 
 @pytest.fixture(autouse=True)

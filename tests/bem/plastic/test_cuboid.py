@@ -6,7 +6,7 @@ import pytest
 from bem.halfspace.stress import rectangle_stress
 from bem.material import Elastic
 from bem.patch import ContactInputError
-from bem.plastic.cuboid import Cuboid, cuboid_displacement, cuboid_stress
+from tests.bem.plastic.cuboid import Cuboid, cuboid_displacement, cuboid_stress
 
 STEEL = Elastic(210e9, 0.3)
 BOX = Cuboid((-1.0, 1.2), (-0.7, 0.9), (0.4, 1.1))

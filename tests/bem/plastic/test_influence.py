@@ -5,10 +5,10 @@ import pytest
 
 from bem.material import Elastic
 from bem.patch import ContactInputError, Grid
-from bem.plastic.cuboid import Cuboid, cuboid_displacement, cuboid_stress
 from bem.plastic.influence import Cells, StressInfluence
 from bem.plastic.surface import SurfaceDisplacement
 from bem.steel.deviator import FROM_DEVIATOR, MEAN, TO_DEVIATOR
+from tests.bem.plastic.cuboid import Cuboid, cuboid_displacement, cuboid_stress
 
 STEEL = Elastic(210e9, 0.3)
 CELLS = Cells(1e-3, 1.3e-3, 0.7e-3, 4, 3, 3)

@@ -1,4 +1,4 @@
-"""Stress and displacement of one cuboid of uniform eigenstrain in a half-space, exact.
+"""Stress and displacement of one cuboid of uniform eigenstrain in a half-space, exact: what many are held against.
 
 Axes of the room: depth z >= 0 positive into the body, traction-free surface z = 0; order VOIGT with tensor shears.
 Source: bem.plastic.symbols. Published closed forms of the same field: Chiu, J. Appl. Mech. 45 (1978) 302 (not looked
@@ -7,7 +7,6 @@ at). Error: round-off, growing as (distance / side)^3 eps (tests/bem/plastic/tes
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +14,8 @@ import numpy as np
 from bem.checks import refuse_unless_finite, refuse_unless_positive
 from bem.material import Elastic
 from bem.patch import ContactInputError
-from bem.plastic.corners import COUNT, NUMBER, fill_corner
-from bem.plastic.symbols import PAIRS, depth_parity, layer_polynomials
+from bem.plastic.corners import COUNT, fill_corner
+from bem.plastic.symbols import PAIRS, coefficient_tables, depth_parity, facing_layers
 from kernel_cache import njit
 
 _NUDGE = 1e-9  # of a cuboid's side: how far an observer is moved off the planes of its faces
@@ -39,29 +38,6 @@ class Cuboid:
                 raise ContactInputError(f"cuboid: {name} from {low:g} to {high:g} m: give the lower face first")
         if self.z[0] < 0:
             raise ContactInputError(f"cuboid: depth from {self.z[0]:g} m lies above the surface z = 0")
-
-
-@functools.lru_cache(maxsize=16)
-def coefficient_tables(poisson: float) -> dict[str, np.ndarray]:
-    """Of each field of `layer_polynomials`: (components, 6, 34, 2, 2) factors of corner function, power of eta or z,
-    power of z'."""
-    tables = {}
-    for name, rows in layer_polynomials(poisson).items():
-        table = np.zeros((len(rows), 6, COUNT, 2, 2))
-        for i, row in enumerate(rows):
-            for k, term in enumerate(row):
-                for (a, b, c, m, n), value in term.items():
-                    table[i, k, NUMBER[a, b, c], m, n] += value
-        tables[name] = table / (2 * np.pi)
-    return tables
-
-
-def facing_layers(strain: np.ndarray, elastic: Elastic) -> np.ndarray:
-    """(6,) what the stress inside a uniform layer has more than that in a thin slit of the same layer [Pa]: in the
-    plane the eigenstrain stretches the layer alone, tractions on its faces are continuous."""
-    xx, yy, xy = strain[0], strain[1], strain[5]
-    nu, modulus = elastic.poisson, elastic.plane_modulus
-    return -modulus * np.array([xx + nu * yy, yy + nu * xx, 0.0, 0.0, 0.0, (1 - nu) * xy])
 
 
 def cuboid_stress(points: np.ndarray, cuboid: Cuboid, strain: np.ndarray, elastic: Elastic) -> np.ndarray:
