@@ -26,6 +26,7 @@ from bem.material import Elastic
 from bem.plane.boundary import displacement_map, stress_map
 from bem.plane.kelvin import _frames, _local, _weight_integrals
 from bem.plane.mesh import BoundaryMesh
+from bem.plane.point_load import InnerLoad
 from kernel_cache import njit
 
 _FAR = (
@@ -186,7 +187,7 @@ def _balance(tractions: np.ndarray, mesh: BoundaryMesh, cells: Cells) -> None:
         fy += share * (b + turn * x)
 
 
-class CellForces:
+class CellForces(InnerLoad):
     """Forces (2N,) [N/m], all x then all y, spread over cells, as a load of a bem.plane.boundary.BoundarySolution.
 
     memo : a dictionary that keeps the matrices of points asked for, where many instants are asked at the same points

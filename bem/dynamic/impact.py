@@ -150,8 +150,7 @@ class Impact:
     shear (k+1, n) [Pa] on the struck body along its tangent (the normal turned clockwise), n = 0 without friction;
     slide, slide_velocity, drag (k+1,) of the striker along its tangent [m, m/s] and the force on it [N/m]; heat (k+1,)
     of slipping since the beginning [J/m]; status (k+1, n) open 0, stick 2, slip 1 and -1, with friction
-    states : of the instants kept, by number; struck : what was hit; factorisations : of the set of touching nodes,
-    without friction
+    states : of the instants kept, by number; struck : what was hit
     """
 
     struck: Struck
@@ -168,7 +167,6 @@ class Impact:
     heat: np.ndarray
     status: np.ndarray
     states: dict[int, State] = field(default_factory=dict)
-    factorisations: int = 0
 
     @property
     def imbalance(self) -> np.ndarray:
@@ -369,7 +367,7 @@ class _Run:
         both = np.array(tractions)
         return Impact(
             self.struck, times, x, v, force, both[:, :n], np.array(energies), both[:, n:], slide, slide_velocity, drag,
-            heats, np.array(status), states, getattr(self.contact, "factorisations", 0),
+            heats, np.array(status), states,
         )  # fmt: skip
 
     def _row(self, time: float, at: list[StrikerMotion], pushed: np.ndarray, heat: float) -> tuple[float, ...]:

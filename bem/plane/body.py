@@ -96,11 +96,12 @@ class CondensedBody:
         if body.held is not None:
             held[mesh.of_edge(body.held)] = True
         self.problem = BoundaryProblem(mesh, body.material, held, np.zeros(mesh.densities, bool), memory_limit)
+        self.hub_units: tuple[PointLoad, ...] = ()
         if body.hub is not None:
             PointLoad(body.hub).refuse_outside(mesh)
-            self._hub = [
+            self.hub_units = tuple(
                 PointLoad(body.hub, force, moment) for force, moment in (((1, 0), 0), ((0, 1), 0), ((0, 0), 1))
-            ]
+            )
 
     def condense(self, forces: np.ndarray) -> None:
         """Fix the m load patterns that the contact may apply: forces (2n, m) on the cells, all x then all y [N/m per
@@ -110,7 +111,7 @@ class CondensedBody:
         if self.body.hub is not None:
             arms = rigid_modes(self.mesh.middles, np.array(self.body.hub))
             self.reaction = -arms.T @ forces
-            hub = np.column_stack([unit.resultants(self.mesh, self.body.material) for unit in self._hub])
+            hub = np.column_stack([unit.resultants(self.mesh, self.body.material) for unit in self.hub_units])
             load = forces - hub @ self.reaction
         self.density, self.shift = self.problem.solve(load, np.zeros_like(load))
 
@@ -124,7 +125,9 @@ class CondensedBody:
             matrix, points = self.problem.displacement_at_middles[rows], self.mesh.middles[at_middles]
         moved = matrix @ self.density + np.repeat(self.shift, len(points), axis=0)
         if self.body.hub is not None:
-            fields = np.column_stack([unit.displacement(points, self.body.material).T.ravel() for unit in self._hub])
+            fields = np.column_stack(
+                [unit.displacement(points, self.body.material).T.ravel() for unit in self.hub_units]
+            )
             moved += fields @ self.reaction
         return moved
 
@@ -140,10 +143,12 @@ class CondensedBody:
             rotation = float(motion[2])
             pivot = np.zeros(2) if about is None else about
             shift = shift + motion[:2] + rotation * np.array([pivot[1], -pivot[0]])
-        loads: tuple[PointLoad, ...] = ()
-        if self.body.hub is not None:
-            x, y, moment = self.reaction @ amplitude
-            loads = (PointLoad(self.body.hub, (x, y), moment),)
-        return BoundarySolution(
-            self.mesh, self.body.material, (self.density @ amplitude).reshape(2, n).T, shift, loads, rotation
-        )
+        density = (self.density @ amplitude).reshape(2, n).T
+        return BoundarySolution(self.mesh, self.body.material, density, shift, self.hub_loads(amplitude), rotation)
+
+    def hub_loads(self, amplitude: np.ndarray) -> tuple[PointLoad, ...]:
+        """What balances load patterns of the given amplitude (m,) at the hub, where there is one."""
+        if self.body.hub is None:
+            return ()
+        x, y, moment = self.reaction @ amplitude
+        return (PointLoad(self.body.hub, (x, y), moment),)

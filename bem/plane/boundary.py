@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
@@ -27,7 +26,7 @@ from bem.material import Elastic, MaterialError
 from bem.plane.dilatation import Dilatation, in_holes
 from bem.plane.kelvin import ResultantIntegrals, components, displacement_integrals, resultant_integrals
 from bem.plane.mesh import BoundaryMesh
-from bem.plane.point_load import PointLoad
+from bem.plane.point_load import InnerLoad, PointLoad
 
 MEMORY_LIMIT = 4e9  # bytes that one system may take at its peak
 _HOLLOW_POISSON = 0.495  # beyond it a body with a hole loses more than two digits without centres of dilatation
@@ -331,16 +330,6 @@ def cell_resultants(mesh: BoundaryMesh, element: np.ndarray, load: Callable) -> 
                 )
             np.add.at(force, cell[element], value * weight / 4 * length)
     return force
-
-
-class InnerLoad(Protocol):
-    """What acts inside a body, by its field in the infinite plane (bem.plane.point_load says the shapes)."""
-
-    def displacement(self, points: np.ndarray, material: Elastic) -> np.ndarray: ...
-
-    def stress(self, points: np.ndarray, material: Elastic) -> np.ndarray: ...
-
-    def path_force(self, begin: np.ndarray, end: np.ndarray, material: Elastic) -> np.ndarray: ...
 
 
 @dataclass(frozen=True)

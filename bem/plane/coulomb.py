@@ -147,37 +147,39 @@ def _solve_regular(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return lu_solve(factors, right, overwrite_b=True, check_finite=False)
 
 
-def _solve_linear(system: ContactSystem, control: Control, friction: np.ndarray, before: np.ndarray, state: np.ndarray):
-    """Pressures, shears and motion for given states; equations are scaled so that all unknowns are of one size."""
-    n = system.nodes
+def solve_linear(system: ContactSystem, control: Control, friction: np.ndarray, offset: np.ndarray, state: np.ndarray):
+    """Pressures, shears (n, ...) and motion (3, ...) for given states (n,), friction (n,) and gaps and slips without
+    tractions (2n, ...); equations are scaled so that all unknowns are of one size."""
+    n, more = system.nodes, offset.shape[1:]
     closed, stick = np.flatnonzero(state != OPEN), np.flatnonzero(state == STICK)
     loaded = np.flatnonzero(control.loaded)
     known = np.nan_to_num(control.motion)
+    pressure, shear, motion = np.zeros((n, *more)), np.zeros((n, *more)), np.zeros((3, *more))
+    motion.T[...] = known
     if not len(closed) and not len(loaded):
-        return np.zeros(n), np.zeros(n), known
+        return pressure, shear, motion
     unit = np.abs(np.diag(system.compliance)[:n]).mean()
     sliding = np.where(np.abs(state) == 1, state * np.where(np.isinf(friction), 0.0, friction), 0.0)[closed]
-    columns = system.compliance[:, closed] + system.compliance[:, n + closed] * sliding
-    columns = np.hstack([columns, system.compliance[:, n + stick]])
+    columns, force = (
+        np.hstack([of[:, closed] + of[:, n + closed] * sliding, of[:, n + stick]])
+        for of in (system.compliance, system.forces)
+    )
     rows = np.r_[closed, n + stick]
-    length = np.abs(system.forces).max()
-    arm = np.maximum(np.abs(system.motion).max(axis=0), 1e-300)
-    force = np.hstack([system.forces[:, closed] + system.forces[:, n + closed] * sliding, system.forces[:, n + stick]])
+    arm = np.maximum(np.abs(system.motion).max(axis=0), 1e-300)[loaded]
+    strength = np.abs(system.forces).max() * arm
     a, b = len(rows), len(loaded)
     matrix = np.zeros((a + b, a + b))
     matrix[:a, :a] = columns[rows] / unit
-    matrix[:a, a:] = system.motion[np.ix_(rows, loaded)] / arm[loaded]
-    matrix[a:, :a] = force[loaded] / (length * arm[loaded])[:, None]
-    right = np.r_[
-        -(np.r_[system.gap, -before] + system.motion @ known)[rows] / unit,
-        -control.load[loaded] / (length * arm[loaded]),
-    ]
+    matrix[:a, a:] = system.motion[np.ix_(rows, loaded)] / arm
+    matrix[a:, :a] = force[loaded] / strength[:, None]
+    right = np.empty((a + b, *more))
+    right[:a] = -(offset.T + system.motion @ known).T[rows] / unit
+    right[a:].T[...] = -control.load[loaded] / strength
     answer = _solve_regular(matrix, right)
-    pressure, shear, motion = np.zeros(n), np.zeros(n), known.copy()
     pressure[closed] = answer[: len(closed)]
-    shear[closed] = sliding * answer[: len(closed)]
+    shear[closed] = (sliding * answer[: len(closed)].T).T
     shear[stick] = answer[len(closed) : a]
-    motion[loaded] = answer[a:] * unit / arm[loaded]
+    motion[loaded] = (answer[a:].T * unit / arm).T
     return pressure, shear, motion
 
 
@@ -276,7 +278,7 @@ def _pivot(
 
 def _attempt(system, control, friction, before, state):
     try:
-        return _solve_linear(system, control, friction, before, state)
+        return solve_linear(system, control, friction, np.r_[system.gap, -before], state)
     except LinAlgError:
         loads = ", ".join(
             f"{name} {value:.4g} {unit}"

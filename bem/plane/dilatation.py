@@ -18,11 +18,12 @@ import numpy as np
 
 from bem.material import Elastic, MaterialError
 from bem.plane.mesh import BoundaryMesh
+from bem.plane.point_load import InnerLoad
 
 
 @dataclass(frozen=True)
-class Dilatation:
-    """A centre at a point [m] with the strength S [N] per unit thickness; the interface is that of a PointLoad."""
+class Dilatation(InnerLoad):
+    """A centre at a point [m] with the strength S [N] per unit thickness."""
 
     at: tuple[float, float]
     strength: float = 1.0
@@ -46,12 +47,6 @@ class Dilatation:
         at = complex(*self.at)
         force = 1j * self.strength * (1 / np.conj(end - at) - 1 / np.conj(begin - at))
         return np.vstack([force.real, force.imag])
-
-    def resultants(self, mesh: BoundaryMesh, material: Elastic) -> np.ndarray:
-        """Force (2n,) [N/m], all x then all y, of the field's traction on each cell."""
-        points, begin, end, cell = mesh.paths()
-        x, y = self.path_force(points[begin], points[end], material)
-        return np.r_[np.bincount(cell, x, mesh.densities), np.bincount(cell, y, mesh.densities)]
 
 
 def in_holes(mesh: BoundaryMesh) -> tuple[tuple[Dilatation, ...], np.ndarray]:

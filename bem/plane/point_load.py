@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,12 +13,35 @@ from bem.plane.kelvin import point_force_displacement, point_force_resultant, po
 from bem.plane.mesh import BoundaryMesh
 
 
+class InnerLoad(ABC):
+    """What acts inside a body, by its field in the infinite plane."""
+
+    @abstractmethod
+    def displacement(self, points: np.ndarray, material: Elastic) -> np.ndarray:
+        """Displacement (m, 2) [m] at points (m, 2)."""
+
+    @abstractmethod
+    def stress(self, points: np.ndarray, material: Elastic) -> np.ndarray:
+        """Stress (m, 3) xx, yy, xy [Pa] at points (m, 2)."""
+
+    @abstractmethod
+    def path_force(self, begin: np.ndarray, end: np.ndarray, material: Elastic) -> np.ndarray:
+        """Force (2, h) [N/m] of the field's traction over straight paths between complex points, outward on the
+        right."""
+
+    def resultants(self, mesh: BoundaryMesh, material: Elastic) -> np.ndarray:
+        """Force (2n,) [N/m], all x then all y, of the field's traction on each cell."""
+        points, begin, end, cell = mesh.paths()
+        x, y = self.path_force(points[begin], points[end], material)
+        return np.r_[np.bincount(cell, x, mesh.densities), np.bincount(cell, y, mesh.densities)]
+
+
 class PointLoadError(ValueError):
     """A point load that is no number, or that does not act inside the body."""
 
 
 @dataclass(frozen=True)
-class PointLoad:
+class PointLoad(InnerLoad):
     """Force (fx, fy) [N/m] and anticlockwise couple [N] per unit thickness at a point [m]."""
 
     at: tuple[float, float]
@@ -71,12 +95,6 @@ class PointLoad:
         force = point_force_resultant(begin, end, self._at, self._force, material.kolosov)
         force = force - self.moment / (2 * np.pi) * (1 / np.conj(end - self._at) - 1 / np.conj(begin - self._at))
         return np.vstack([force.real, force.imag])
-
-    def resultants(self, mesh: BoundaryMesh, material: Elastic) -> np.ndarray:
-        """Force (2n,) [N/m], all x then all y, of the field's traction on each cell."""
-        points, begin, end, cell = mesh.paths()
-        x, y = self.path_force(points[begin], points[end], material)
-        return np.r_[np.bincount(cell, x, mesh.densities), np.bincount(cell, y, mesh.densities)]
 
     def stress(self, points: np.ndarray, material: Elastic) -> np.ndarray:
         """Stress (m, 3) xx, yy, xy [Pa] at points (m, 2)."""

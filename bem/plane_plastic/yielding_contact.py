@@ -17,7 +17,16 @@ from bem.plane.body import Body, CondensedBody
 from bem.plane.boundary import MEMORY_LIMIT
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.contact_result import ContactResult
-from bem.plane.coulomb import OPEN, STICK, ContactState, ContactSystem, Control, ConvergenceError, solve_step
+from bem.plane.coulomb import (
+    OPEN,
+    STICK,
+    ContactState,
+    ContactSystem,
+    Control,
+    ConvergenceError,
+    solve_linear,
+    solve_step,
+)
 from bem.plane.point_load import PointLoad
 from bem.plane_plastic.cells import CellError, cells_below
 from bem.plane_plastic.increment import Increment, Tangent
@@ -189,16 +198,12 @@ class _Pressed:
             return
         self.active = len(section.active)
         self.by_traction = section.from_layers @ (body.density @ self.amplitude)
-        if body.body.hub is not None:
+        if body.hub_units:
             points = section.cells.points(section.active)
-            units = [
-                PointLoad(body.body.hub, force, moment) for force, moment in (((1, 0), 0), ((0, 1), 0), ((0, 0), 1))
-            ]
-            fields = [unit.stress(points, section.elastic).reshape(-1, 4, 3).mean(axis=1) for unit in units]
-            strains = [
-                (OF_STRAIN @ strain_of_stress(field.T.copy(), section.elastic.poisson)).ravel() for field in fields
-            ]
-            self.by_traction += np.column_stack(strains) @ (body.reaction @ self.amplitude)
+            for unit, reaction in zip(body.hub_units, body.reaction @ self.amplitude):
+                stress = unit.stress(points, section.elastic).reshape(-1, 4, 3).mean(axis=1)
+                strain = OF_STRAIN @ strain_of_stress(stress.T.copy(), section.elastic.poisson)
+                self.by_traction += np.outer(strain, reaction)
         points = found.interface.points if self.contact.carries else found.interface.feet
         moved = section.displacement_matrix(points)
         (nx, ny), n = found.interface.normals.T[:, :, None], self.nodes
@@ -221,9 +226,7 @@ class _Pressed:
             self.last, self.state = replace(last, slip=last.slip + opened[n:]), last.state
         body, amplitude = contact.body, self.amplitude @ np.r_[self.last.pressure, self.last.shear]
         self.density = body.density @ amplitude
-        if body.body.hub is not None:
-            x, y, moment = body.reaction @ amplitude
-            self.loads = (PointLoad(body.body.hub, (x, y), moment),)
+        self.loads = body.hub_loads(amplitude)
         return system
 
     def __call__(self, plastic: np.ndarray, tangent: bool) -> tuple[np.ndarray, Tangent | None]:
@@ -249,29 +252,9 @@ def traction_tangent(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Change (2 n, r) [Pa/m] of pressures and shears by changes of gaps and slips, the states (n,) kept; and which r of
     the gaps and slips count."""
-    n = system.nodes
-    closed, stick, loaded = (
-        np.flatnonzero(state != OPEN),
-        np.flatnonzero(state == STICK),
-        np.flatnonzero(control.loaded),
-    )
-    if not len(closed):
-        return np.zeros((2 * n, 0)), closed
-    sliding = np.where(np.abs(state) == 1, state * (friction if np.isfinite(friction) else 0.0), 0.0)[closed]
-    rows = np.r_[closed, n + stick]
-    spread = np.zeros((2 * n, len(rows)))  # unknowns -> pressures and shears
-    spread[closed, np.arange(len(closed))] = 1.0
-    spread[n + closed, np.arange(len(closed))] = sliding
-    spread[n + stick, len(closed) + np.arange(len(stick))] = 1.0
-    unit, arm = (
-        np.abs(np.diag(system.compliance)[:n]).mean(),
-        np.abs(system.motion[:, loaded]).max(axis=0, initial=1e-300),
-    )
-    a, b = len(rows), len(loaded)
-    matrix = np.zeros((a + b, a + b))
-    matrix[:a, :a] = (system.compliance @ spread)[rows] / unit
-    matrix[:a, a:] = system.motion[np.ix_(rows, loaded)] / arm
-    matrix[a:, :a] = (system.forces @ spread)[loaded] / (np.abs(system.forces).max() * arm[:, None])
-    right = np.zeros((a + b, a))
-    right[:a] = -np.eye(a) / unit
-    return spread @ np.linalg.solve(matrix, right)[:a], rows
+    rows = np.r_[np.flatnonzero(state != OPEN), system.nodes + np.flatnonzero(state == STICK)]
+    changes = np.zeros((2 * system.nodes, len(rows)))
+    changes[rows, np.arange(len(rows))] = 1.0
+    still = Control(0.0 * control.motion, 0.0 * control.load)
+    pressure, shear, _ = solve_linear(system, still, np.broadcast_to(friction, system.nodes), changes, state)
+    return np.vstack([pressure, shear]), rows

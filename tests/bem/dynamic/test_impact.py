@@ -122,11 +122,6 @@ def test_a_flat_striker_counts_its_width_or_says_so(beside, force):
     assert [("0.125 m wide" in str(one.message)) for one in said] == ([] if beside else [True])
 
 
-def test_factors_are_kept_while_the_same_nodes_touch(bar):
-    impact = hit(bar, BACKWARD_EULER, until=1.5)
-    assert impact.factorisations < 20 < len(impact.time) - 1
-
-
 def test_contact_solves_a_complementarity_problem():
     rng = np.random.default_rng(3)
     for size in (1, 5, 30):
