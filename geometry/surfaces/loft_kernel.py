@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from geometry.hermite import cubic_between
 from geometry.surfaces.bodies import NO_METAL
 from kernel_cache import njit
 
@@ -141,58 +142,42 @@ def loft_at(x, y, track):
         i += 1
     d = xs[i + 1] - xs[i]
     t = (x - xs[i]) / d
-    c = t * t * (3 - 2 * t)
-    a, b, e = 1 - c, d * t * (1 - t) * (1 - t), d * t * t * (t - 1)
-    c1, b1, e1 = 6 * t * (1 - t) / d, (1 - t) * (1 - 3 * t), t * (3 * t - 2)
-    c2, b2, e2 = (6 - 12 * t) / (d * d), (6 * t - 4) / d, (6 * t - 2) / d
     row, next_row = body[3] + (i - first) * n, body[3] + (i - first + 1) * n
     j = int(memory[NODE])
     near, far = row + j, next_row + j
-    y0 = a * nodes[near, 0] + b * nodes[near, 4] + c * nodes[far, 0] + e * nodes[far, 4]
-    y1 = a * nodes[near + 1, 0] + b * nodes[near + 1, 4] + c * nodes[far + 1, 0] + e * nodes[far + 1, 4]
-    while y < y0 and j > 0:
+    y0, y1 = _along_x(nodes, near, far, 0, t, d), _along_x(nodes, near + 1, far + 1, 0, t, d)
+    while y < y0.value and j > 0:
         j, near, far, y1 = j - 1, near - 1, far - 1, y0
-        y0 = a * nodes[near, 0] + b * nodes[near, 4] + c * nodes[far, 0] + e * nodes[far, 4]
-    while y > y1 and j < n - 2:
+        y0 = _along_x(nodes, near, far, 0, t, d)
+    while y > y1.value and j < n - 2:
         j, near, far, y0 = j + 1, near + 1, far + 1, y1
-        y1 = a * nodes[near + 1, 0] + b * nodes[near + 1, 4] + c * nodes[far + 1, 0] + e * nodes[far + 1, 4]
+        y1 = _along_x(nodes, near + 1, far + 1, 0, t, d)
     memory[SECTION], memory[NODE] = i, j
-    if y < y0:
+    if y < y0.value:
         return SurfacePoint(beyond, -1, NO_METAL, 0.0, 0.0, 0.0, 0.0, 0.0)
-    if y > y1:
+    if y > y1.value:
         return SurfacePoint(beyond, 1, NO_METAL, 0.0, 0.0, 0.0, 0.0, 0.0)
-    g0 = c1 * (nodes[far, 0] - nodes[near, 0]) + b1 * nodes[near, 4] + e1 * nodes[far, 4]
-    g1 = c1 * (nodes[far + 1, 0] - nodes[near + 1, 0]) + b1 * nodes[near + 1, 4] + e1 * nodes[far + 1, 4]
-    k0 = c2 * (nodes[far, 0] - nodes[near, 0]) + b2 * nodes[near, 4] + e2 * nodes[far, 4]
-    k1 = c2 * (nodes[far + 1, 0] - nodes[near + 1, 0]) + b2 * nodes[near + 1, 4] + e2 * nodes[far + 1, 4]
-    z0 = a * nodes[near, 1] + b * nodes[near, 5] + c * nodes[far, 1] + e * nodes[far, 5]
-    z1 = a * nodes[near + 1, 1] + b * nodes[near + 1, 5] + c * nodes[far + 1, 1] + e * nodes[far + 1, 5]
-    m0 = a * nodes[near, 2] + b * nodes[near, 6] + c * nodes[far, 2] + e * nodes[far, 6]
-    m1 = a * nodes[near, 3] + b * nodes[near, 7] + c * nodes[far, 3] + e * nodes[far, 7]
-    z0x = c1 * (nodes[far, 1] - nodes[near, 1]) + b1 * nodes[near, 5] + e1 * nodes[far, 5]
-    z1x = c1 * (nodes[far + 1, 1] - nodes[near + 1, 1]) + b1 * nodes[near + 1, 5] + e1 * nodes[far + 1, 5]
-    m0x = c1 * (nodes[far, 2] - nodes[near, 2]) + b1 * nodes[near, 6] + e1 * nodes[far, 6]
-    m1x = c1 * (nodes[far, 3] - nodes[near, 3]) + b1 * nodes[near, 7] + e1 * nodes[far, 7]
-    z0xx = c2 * (nodes[far, 1] - nodes[near, 1]) + b2 * nodes[near, 5] + e2 * nodes[far, 5]
-    z1xx = c2 * (nodes[far + 1, 1] - nodes[near + 1, 1]) + b2 * nodes[near + 1, 5] + e2 * nodes[far + 1, 5]
-    m0xx = c2 * (nodes[far, 2] - nodes[near, 2]) + b2 * nodes[near, 6] + e2 * nodes[far, 6]
-    m1xx = c2 * (nodes[far, 3] - nodes[near, 3]) + b2 * nodes[near, 7] + e2 * nodes[far, 7]
+    z0, z1 = _along_x(nodes, near, far, 1, t, d), _along_x(nodes, near + 1, far + 1, 1, t, d)
+    m0, m1 = _along_x(nodes, near, far, 2, t, d), _along_x(nodes, near, far, 3, t, d)
     # z = F(u, x), y = G(u, x) = y0 + u h
-    h, hx, hxx = y1 - y0, g1 - g0, k1 - k0
-    u = (y - y0) / h
-    q2, q3 = 3 * (z1 - z0) - 2 * m0 - m1, m0 + m1 - 2 * (z1 - z0)
-    r2, r3 = 3 * (z1x - z0x) - 2 * m0x - m1x, m0x + m1x - 2 * (z1x - z0x)
-    s2, s3 = 3 * (z1xx - z0xx) - 2 * m0xx - m1xx, m0xx + m1xx - 2 * (z1xx - z0xx)
-    height, f_u, f_uu = z0 + u * (m0 + u * (q2 + u * q3)), m0 + u * (2 * q2 + 3 * u * q3), 2 * q2 + 6 * u * q3
-    f_x, f_xu = z0x + u * (m0x + u * (r2 + u * r3)), m0x + u * (2 * r2 + 3 * u * r3)
-    f_xx = z0xx + u * (m0xx + u * (s2 + u * s3))
-    g_x, g_xx = g0 + u * hx, k0 + u * hxx
-    z_y = f_u / h
-    z_x = f_x - z_y * g_x
-    z_xy = (f_xu - f_uu / h * g_x - z_y * hx) / h
+    h, h_x, h_xx = y1.value - y0.value, y1.slope - y0.slope, y1.second - y0.second
+    u = (y - y0.value) / h
+    f = cubic_between(u, 1.0, z0.value, z1.value, m0.value, m1.value)
+    f_x = cubic_between(u, 1.0, z0.slope, z1.slope, m0.slope, m1.slope)
+    f_xx = cubic_between(u, 1.0, z0.second, z1.second, m0.second, m1.second)
+    g_x, g_xx = y0.slope + u * h_x, y0.second + u * h_xx
+    z_y = f.slope / h
+    z_x = f_x.value - z_y * g_x
+    z_xy = (f_x.slope - f.second / h * g_x - z_y * h_x) / h
     u_x = -g_x / h
-    z_xx = f_xx + f_xu * u_x - z_xy * g_x - z_y * (g_xx + hx * u_x)
-    return SurfacePoint(beyond, 0, height, z_x, z_y, z_xx, z_xy, f_uu / (h * h))
+    z_xx = f_xx.value + f_x.slope * u_x - z_xy * g_x - z_y * (g_xx + h_x * u_x)
+    return SurfacePoint(beyond, 0, f.value, z_x, z_y, z_xx, z_xy, f.second / (h * h))
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _along_x(nodes, near, far, column, t, d):
+    """A node's y, z or chord slope between two sections, d [m] apart, and its derivatives by x."""
+    return cubic_between(t, d, nodes[near, column], nodes[far, column], nodes[near, column + 4], nodes[far, column + 4])
 
 
 @njit(cache=True, error_model="numpy")
