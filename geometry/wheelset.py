@@ -30,6 +30,11 @@ def check_range(owner: str, limits: tuple[tuple[str, float, float, float], ...])
             raise WheelsetError(f"{owner}: {name} = {value!r} is outside [{least:g}, {most:g}] (SI units)")
 
 
+def check_fields(owner: str, thing: object, **limits: tuple[float, float]) -> None:
+    """The same of fields by name: (least, most)."""
+    check_range(owner, tuple((name, getattr(thing, name), *ends) for name, ends in limits.items()))
+
+
 def check_side(side: str) -> None:
     """Raise WheelsetError for what is no side."""
     if side not in SIDES:
@@ -75,20 +80,12 @@ class Wheelset:
     spin: float = 0.0
 
     def __post_init__(self):
-        limits = [
-            ("radius", self.radius, 0.1, 1.0),
-            ("back_to_back", self.back_to_back, 0.5, 2.0),
-            ("yaw", self.yaw, -0.1, 0.1),
-        ]
-        limits += [
-            ("roll", self.roll, -0.2, 0.2),
-            ("y", self.y, -0.5, 0.5),
-            ("z", self.z, -2.0, 2.0),
-            ("radius right", self.radius_of("right"), 0.1, 1.0),
-        ]
         for side in SIDES:
             check_width(f"{side} wheel", self.profile(side))
-        check_range("wheelset", (*limits, ("x", self.x, -np.inf, np.inf), ("spin", self.spin, -np.inf, np.inf)))
+        anywhere = -np.inf, np.inf
+        check_fields("wheelset", self, radius=(0.1, 1.0), back_to_back=(0.5, 2.0), yaw=(-0.1, 0.1), roll=(-0.2, 0.2))
+        check_fields("wheelset", self, y=(-0.5, 0.5), z=(-2.0, 2.0), x=anywhere, spin=anywhere)
+        check_range("wheelset", (("radius right", self.radius_of("right"), 0.1, 1.0),))
 
     def profile(self, side: str) -> Profile:
         """The wheel profile of "left" or "right"."""
@@ -114,14 +111,7 @@ class RailPosition:
     roll: float = 0.0
 
     def __post_init__(self):
-        check_range(
-            "rail",
-            (
-                ("lateral", self.lateral, -0.1, 0.1),
-                ("vertical", self.vertical, -0.1, 0.1),
-                ("roll", self.roll, -0.2, 0.2),
-            ),
-        )
+        check_fields("rail", self, lateral=(-0.1, 0.1), vertical=(-0.1, 0.1), roll=(-0.2, 0.2))
 
 
 @dataclass(frozen=True)
@@ -146,7 +136,7 @@ class CheckRail:
     top: float = 0.0
 
     def __post_init__(self):
-        check_range("check rail", (("flangeway", self.flangeway, 0.02, 0.2), ("top", self.top, -0.02, 0.1)))
+        check_fields("check rail", self, flangeway=(0.02, 0.2), top=(-0.02, 0.1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,14 +177,7 @@ class Track:
     right_check: CheckRail | None = None
 
     def __post_init__(self):
-        check_range(
-            "track",
-            (
-                ("gauge", self.gauge, 0.5, 2.0),
-                ("gauge_point", self.gauge_point, 0.005, 0.03),
-                ("cant", self.cant, -0.2, 0.2),
-            ),
-        )
+        check_fields("track", self, gauge=(0.5, 2.0), gauge_point=(0.005, 0.03), cant=(-0.2, 0.2))
         for side in ("left", "right") if self.right is not None else ("left",):
             check_crown(side, self.profile(side))
 

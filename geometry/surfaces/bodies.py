@@ -2,6 +2,7 @@
 their heights. Axes: geometry.axes."""
 
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 
@@ -25,14 +26,18 @@ class CrossingError(ValueError):
 
 
 class TwoBodies:
-    """A crossing of two bodies; a family adds `heights`, and `_check_x`, which refuses positions outside."""
+    """A crossing of two bodies; a family adds `heights`, `x_range`, and `modelled`, what lies within it in words."""
 
     def heights(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
         """Heights (n,) [m] of "wing" or "nose" at x, y (n,); NO_METAL where the body is not."""
         raise NotImplementedError
 
-    def _check_x(self, x: np.ndarray) -> None:
-        raise NotImplementedError
+    def _check_x(self: Any, x: np.ndarray | float) -> None:
+        low, high = self.x_range
+        x = np.asarray(x, float)
+        outside = ~((x >= low) & (x <= high))
+        if outside.any():
+            raise CrossingError(f"x = {x[outside][0]:g} m is outside {self.modelled}, {low:g} to {high:g} m")
 
     def top_height(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
         """Height z [m] of the surface of "wing" or "nose" at x, y [m] (broadcast), as exact as `heights`; NaN where the

@@ -149,6 +149,10 @@ class CastCrossing(TwoBodies):
         """Where the crossing is modelled [m]: plain rail at the near end, wing and nose still there at the far end."""
         return -10.0, 1.06 * self.stretch
 
+    @property
+    def modelled(self) -> str:
+        return f"the modelled crossing 1:{self.ratio:g}"
+
     @cached_property
     def shape(self) -> CrossingShape:
         """The numbers of the closed-form surface."""
@@ -279,15 +283,6 @@ class CastCrossing(TwoBodies):
     def _solid_height(self, x: float, y: np.ndarray, body: str) -> np.ndarray:
         return body_heights(np.full(len(y), float(x)), y, body == "nose", self.shape, self.loft)
 
-    def _check_x(self, x: np.ndarray) -> None:
-        low, high = self.x_range
-        x = np.asarray(x, float)
-        if not np.all((x >= low) & (x <= high)):
-            bad = x[~((x >= low) & (x <= high))].flat[0]
-            raise CrossingError(
-                f"x = {bad:g} m is outside the modelled crossing 1:{self.ratio:g}, {low:g} to {high:.3f} m"
-            )
-
 
 def feature_indices(segments: dict[str, int]) -> dict[str, int]:
     """Index of the last point of each segment; the foot is index 0."""
@@ -322,47 +317,22 @@ def crossing_shape(crossing: CastCrossing) -> CrossingShape:
         leg_radius=cast.radius,
         leg_centre_y=cast.centre[0],
         leg_centre_z=cast.centre[1],
-        knuckle_x=-474.35 * MM,
-        knuckle_rate=0.087554,
-        knuckle_face=0.2657,
-        knuckle_radius=6.05 * MM,
         tan_angle=np.tan(angle),
         cos_angle=np.cos(angle),
         tan_half_angle=np.tan(angle / 2),
-        cross_x=-3.53 * MM,
         flangeway=crossing.flangeway,
-        wing_face=0.0503,
-        wing_radius=6.05 * MM,
-        wing_reference=10 * MM,
         wing_reference_height=1.597 * MM * steeper,
         cap_height=3.354 * MM * steeper,
-        pocket_x=-1.9 * MM,
-        pocket_rate=0.021755,
         side_leg=cast.side,
         side_start=cast.side_start,
         side_radius=cast.side_radius,
-        fall_y=33.989 * MM,
-        fall_width=6.674 * MM,
-        fall_spread=0.168,
-        fall_radius=5.187 * MM,
-        fall_foot_radius=5.293 * MM,
-        fall_length=45 * MM,
-        edge_radius=4.1 * MM,
-        edge_x=662.87 * MM,
-        edge_y=126.23 * MM,
-        topping_x=162.188 * MM,
         topping_depth=crossing.topping_depth + crossing.nose_lowering,
         topping_slope=crossing.topping_slope,
-        blunt_radius=56.872 * MM,
-        blunt_slope=0.72230,
-        nose_x=118.94 * MM,
-        nose_radius=6.95 * MM,
         leg_smoothness=crossing.transition_smoothness,
         leg_lowering=crossing.leg_lowering,
         leg_fade=crossing.leg_fade,
         wing_raise=crossing.wing_raise,
         raise_start=-474.35 * MM * stretch,
-        raise_end=0.0,
         wing_flare=crossing.wing_flare,
         flare_start=crossing.flare_start,
         nose_setback=crossing.gauge_widening,

@@ -13,6 +13,7 @@ from geometry.hermite import cubic_between
 from geometry.surfaces.bodies import NO_METAL
 from kernel_cache import njit
 
+MM = 1e-3
 FLOOR = -55e-3  # height of the flangeway's floor [m]
 
 
@@ -29,51 +30,52 @@ class CrossingShape(NamedTuple):
     leg_radius: float  # gauge corner of leg and full nose
     leg_centre_y: float
     leg_centre_z: float
-    knuckle_x: float  # X where the upper wing face leaves the gauge line
-    knuckle_rate: float  # dy/dX of that face
-    knuckle_face: float  # dy/dz of that face
-    knuckle_radius: float  # its gauge corner
     tan_angle: float  # dy/dx between the two gauge lines
     cos_angle: float
     tan_half_angle: float
-    cross_x: float  # X where the gauge lines cross
     flangeway: float
-    wing_face: float  # dy/dz of the lower wing face (1:20)
-    wing_radius: float
-    wing_reference: float  # distance from the wing's gauge line ...
-    wing_reference_height: float  # ... at which the travelling top plane has this height
+    wing_reference_height: float  # of the travelling top plane at wing_reference
     cap_height: float
-    pocket_x: float  # X where the pocket beside the wing reaches the cap
-    pocket_rate: float  # its rise dz/dX
     side_leg: float  # y of the leg's vertical field side
     side_start: float  # y where the leg's top bends down to it
     side_radius: float
-    fall_y: float  # edge of the fall from the cast plane to the pocket
-    fall_width: float  # width of the fall: fall_width + fall_spread * its depth
-    fall_spread: float
-    fall_radius: float  # of its edge
-    fall_foot_radius: float
-    fall_length: float  # x over which the leg's vertical side becomes the fall
-    edge_radius: float
-    edge_x: float  # X of ...
-    edge_y: float  # ... a point of the field edge; it runs parallel to the centre line
-    topping_x: float  # X where the topping line starts
     topping_depth: float
     topping_slope: float  # dz/dX
-    blunt_radius: float  # of the blend between topping line and blunt ramp, in X and z
-    blunt_slope: float  # of the blunt ramp, dz/dX
-    nose_x: float  # X of the first metal of the nose
-    nose_radius: float  # of the topped nose's corners
     leg_smoothness: float  # of the transition's blend, 0 straight, 1 cubic, 2 quintic
     leg_lowering: float  # of the running surface at the end of the transition
     leg_fade: float  # x over which the leg regains its height
     wing_raise: float  # of the running surface between raise_start and raise_end, held behind
     raise_start: float
-    raise_end: float
     wing_flare: float  # further dy/dx of the wing's faces behind flare_start
     flare_start: float
     nose_setback: float  # of the nose's through-route face from the gauge line
     nose_widening: float  # of the nose, half on each side
+    # of every crossing: fits to the benchmark's sections
+    knuckle_x: float = -474.35 * MM  # X where the upper wing face leaves the gauge line
+    knuckle_rate: float = 0.087554  # dy/dX of that face
+    knuckle_face: float = 0.2657  # dy/dz of that face
+    knuckle_radius: float = 6.05 * MM  # its gauge corner
+    cross_x: float = -3.53 * MM  # X where the gauge lines cross
+    wing_face: float = 0.0503  # dy/dz of the lower wing face (1:20)
+    wing_radius: float = 6.05 * MM
+    wing_reference: float = 10 * MM  # distance from the wing's gauge line
+    pocket_x: float = -1.9 * MM  # X where the pocket beside the wing reaches the cap
+    pocket_rate: float = 0.021755  # its rise dz/dX
+    fall_y: float = 33.989 * MM  # edge of the fall from the cast plane to the pocket
+    fall_width: float = 6.674 * MM  # width of the fall: fall_width + fall_spread * its depth
+    fall_spread: float = 0.168
+    fall_radius: float = 5.187 * MM  # of its edge
+    fall_foot_radius: float = 5.293 * MM
+    fall_length: float = 45 * MM  # x over which the leg's vertical side becomes the fall
+    edge_radius: float = 4.1 * MM
+    edge_x: float = 662.87 * MM  # X of ...
+    edge_y: float = 126.23 * MM  # ... a point of the field edge; it runs parallel to the centre line
+    topping_x: float = 162.188 * MM  # X where the topping line starts
+    blunt_radius: float = 56.872 * MM  # of the blend between topping line and blunt ramp, in X and z
+    blunt_slope: float = 0.72230  # of the blunt ramp, dz/dX
+    nose_x: float = 118.94 * MM  # X of the first metal of the nose
+    nose_radius: float = 6.95 * MM  # of the topped nose's corners
+    raise_end: float = 0.0
 
 
 @njit(cache=True)

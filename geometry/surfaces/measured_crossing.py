@@ -64,6 +64,10 @@ class MeasuredCrossing(TwoBodies):
         return float(self.sections.x[0]) - beyond, float(self.sections.x[-1]) + beyond
 
     @property
+    def modelled(self) -> str:
+        return f"the sections of {self.label}"
+
+    @property
     def plain_x(self) -> float:
         """x of plain rail, where the axle's height counts as 0 [m]: as on the parametric crossing, or at the first
         section."""
@@ -142,13 +146,6 @@ class MeasuredCrossing(TwoBodies):
         z = grid_heights(np.full(len(y), float(x)), y, grid)
         line = np.column_stack([y, z])[z > 0.5 * NO_METAL]
         return outline(line, f"{self.label} at x = {x / MM:.1f} mm")
-
-    def _check_x(self, x: np.ndarray) -> None:
-        low, high = self.x_range
-        x = np.asarray(x, float)
-        if not np.all((x >= low) & (x <= high)):
-            bad = x[~((x >= low) & (x <= high))].flat[0]
-            raise CrossingError(f"x = {bad:g} m is outside the sections of {self.label}, {low:g} to {high:g} m")
 
 
 def outline(line: np.ndarray, what: str) -> np.ndarray:

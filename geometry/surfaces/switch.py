@@ -17,7 +17,7 @@ from geometry.profiles.profile import Profile, ProfileError, arc, line
 from geometry.profiles.rail import gauge_face, rail_head
 from geometry.surfaces.lofted_rail import LoftedBody, RailSurface
 from geometry.surfaces.section_loft import SectionLoft, matched_body, upper_line
-from geometry.wheelset import RailPosition, Track, check_range
+from geometry.wheelset import RailPosition, Track, check_fields
 
 MM = 1e-3
 BACK = -30.5 * MM  # y of the switch rail's back
@@ -71,17 +71,8 @@ class Switch:
     spacing: float = 0.25
 
     def __post_init__(self):
-        check_range(
-            "switch",
-            (
-                ("radius", self.radius, 50, 1e5),
-                ("entry", self.entry, 0, 0.1),
-                ("corner", self.corner, 1e-3, 30e-3),
-                ("face", self.face, 0.01, 0.5),
-                ("length", self.length, 1.0, 50.0),
-                ("spacing", self.spacing, 0.01, 2.0),
-            ),
-        )
+        check_fields("switch", self, radius=(50, 1e5), entry=(0, 0.1), corner=(1e-3, 30e-3), face=(0.01, 0.5))
+        check_fields("switch", self, length=(1.0, 50.0), spacing=(0.01, 2.0))
         widths, tops = np.array(self.heights).T
         if np.any(np.diff(widths) <= 0) or np.any(np.diff(tops) < 0) or tops.max() > 2 * MM or tops.min() < -25 * MM:
             raise ProfileError(

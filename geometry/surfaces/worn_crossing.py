@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -34,40 +35,11 @@ class WornCrossing(TwoBodies):
         shape, loft = self.base.tables
         return WornShape(shape, self.wing, self.nose), loft
 
-    @property
-    def x_range(self) -> tuple[float, float]:
-        """Where there are sections [m]."""
-        return self.base.x_range
-
-    @property
-    def plain_x(self) -> float:
-        """x of plain rail, where the axle's height counts as 0 [m]."""
-        return self.base.plain_x
-
-    @property
-    def nose_x(self) -> float:
-        """x where the nose begins [m]."""
-        return self.base.nose_x
-
-    @property
-    def leg_range(self) -> tuple[float, float]:
-        """x between which the running surface leaves its first shape [m]."""
-        return self.base.leg_range
-
-    @property
-    def knuckle_x(self) -> float:
-        """x where the leg ends [m]."""
-        return self.base.knuckle_x
-
-    @property
-    def wing_features(self) -> dict[str, int]:
-        """Index of the last point of each segment of wing_section."""
-        return self.base.wing_features
-
-    @property
-    def nose_features(self) -> dict[str, int]:
-        """The same of the nose."""
-        return self.base.nose_features
+    def __getattr__(self, name: str) -> Any:
+        """What wear does not change is the base's: its ranges, positions and features."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self.base, name)
 
     def depth(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
         """Depths (n,) [m] worn off "wing" or "nose" at x, y (n,)."""
@@ -77,9 +49,6 @@ class WornCrossing(TwoBodies):
         """Heights (n,) [m] of "wing" or "nose" at x, y (n,); NO_METAL where the body is not."""
         base = self.base.heights(x, y, body)
         return np.where(base > 0.5 * NO_METAL, base - self.depth(x, y, body), base)
-
-    def _check_x(self, x: np.ndarray) -> None:
-        self.base._check_x(x)
 
     def wing_section(self, x: float) -> np.ndarray | None:
         """(n, 2)  y, z [m] of the wing at x; None where it has ended."""
