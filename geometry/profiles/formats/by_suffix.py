@@ -85,8 +85,8 @@ def one_of(path: Path, slices: RailSlices, number: int) -> RawProfile:
         f"section {number} of {count}, at x = {x[number - 1]:.4f} m of {x[0]:.4f} to {x[-1]:.4f} m, {gaps.min():.4f} to"
         f" {gaps.max():.4f} m apart"
     )
-    if slices.features.size:
-        note += f"; {slices.features.shape[1]} features along each section read, not used"
+    if slices.features:
+        note += f"; {slices.features} features along each section not used"
     section = slices.sections[number - 1]
     return replace(section, notes=(note, *section.notes))
 

@@ -1,15 +1,12 @@
-"""Slices of a rail that changes along the track, .slcs of CONTACT: stations, one section file each, and features along
-each section.
+"""Slices of a rail that changes along the track, .slcs of CONTACT: stations, and one section file each.
 
 Layout, after comments from % on: offset and scale of the stations; number of slices; numbers of features, kinks and
-accelerations; method; a row (station, 'file') a slice; with kinks a row of their parts, with accelerations a row of
-theirs; with 2 features or more a row (station, length along the section of each feature, -1 where it has none) a slice.
-Source: CONTACT's open-source reader, matlab/read_slices.m (V. Vollebregt, revision of 2023), and its test bank; the
-rows of kinks and accelerations, of which neither has an example, from memory of its user guide.
+accelerations; method; a row (station, 'file') a slice. What follows of features along the sections is left.
+Source: CONTACT's open-source reader, matlab/read_slices.m (V. Vollebregt, revision of 2023), and its test bank.
 """
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -30,18 +27,13 @@ class RailSlices:
     """Sections of one rail along the track.
 
     x : (m,)  stations, growing [m];  sections : the raw profile at each, in metres (unit 1)
-    features : (m, k)  length along each section of the features that belong together [m], NaN where a section has none;
-        k = 0: none named
-    kinks, accelerations : numbers, from 1, of the parts between features after which the surface has a kink, or a jump
-        of curvature
+    features : number of those named along each section, which nothing here asks for
     """
 
     x: np.ndarray
     sections: tuple[RawProfile, ...]
     path: Path
-    features: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
-    kinks: tuple[int, ...] = ()
-    accelerations: tuple[int, ...] = ()
+    features: int = 0
 
 
 def read_slices(path: Path, section_unit: float | None = None) -> RailSlices:
@@ -62,21 +54,14 @@ def read_slices(path: Path, section_unit: float | None = None) -> RailSlices:
     if len(rows) < 5:
         raise ProfileError(f"{path}: {len(rows)} line(s) of data: not a whole .slcs file")
     offset, scale = (values_of(rows[0], path, 2) + [0.0])[:2]
-    count, counts = int(values_of(rows[1], path, 1)[0]), [int(v) for v in values_of(rows[2], path, 2)]
-    features, kinks, jumps = (counts + [0])[:3]
+    count, features = int(values_of(rows[1], path, 1)[0]), int(values_of(rows[2], path, 2)[0])
     found = [(i, match) for i, text in rows if (match := ROW.match(text))]
     if len(found) != count:
         raise ProfileError(f"{path}: NSLC = {count}, but {len(found)} section(s) are named")
     named = np.array([numbers([m[1]], path, i, 1)[0] for i, m in found])
     x = stations(path, found, (named + offset) * scale * 1e-3)
-    rows_left = [row for row in rows[4:] if not ROW.match(row[1])]
-    parts = []
-    for wanted in (kinks, jumps):
-        parts.append(
-            tuple(int(v) for v in values_of(rows_left.pop(0), path, wanted)) if wanted > 0 and rows_left else ()
-        )
-    table = feature_table(path, rows_left, named, features) * 1e-3 if features > 1 else np.empty((count, 0))
-    return RailSlices(x, in_metres(path, [section(path, i, m[3]) for i, m in found], section_unit), path, table, *parts)
+    sections = in_metres(path, [section(path, i, m[3]) for i, m in found], section_unit)
+    return RailSlices(x, sections, path, features if features > 1 else 0)
 
 
 def refuse_wheel(path: Path, lines: list[str]) -> None:
@@ -105,30 +90,6 @@ def stations(path: Path, found: list, x: np.ndarray) -> np.ndarray:
         near = f"lies {1e6 * step[at - 1]:.3g} um beyond" if step[at - 1] > 0 else "does not lie beyond"
         raise ProfileError(f"{path}: line {found[at][0]}: station {x[at]:g} m {near} {x[at - 1]:g} m")
     return x
-
-
-def feature_table(path: Path, rows: list, named: np.ndarray, features: int) -> np.ndarray:
-    """(m, features)  lengths in mm, whatever the stations' unit, NaN for -1, in the order of the stations."""
-    table, seen = np.full((len(named), features), np.nan), set()
-    for row in rows:
-        values = values_of(row, path, features + 1)
-        at = np.flatnonzero(np.abs(named - values[0]) < 1e-3)
-        if len(values) != features + 1 or len(at) != 1 or at[0] in seen:
-            why = (
-                f"{len(values) - 1} positions, NFEAT = {features}"
-                if len(values) != features + 1  # fmt: skip
-                else f"{len(at)} slices at its station"
-                if len(at) != 1
-                else "features of its slice are given twice"
-            )
-            raise ProfileError(f"{path}: line {row[0]}: features at {values[0]:g}: {why}")
-        seen.add(int(at[0]))
-        table[at[0]] = [np.nan if v == -1 else v for v in values[1:]]
-    if len(seen) != len(named):
-        raise ProfileError(
-            f"{path}: NFEAT = {features}: features of {len(seen)} slice(s) are given, NSLC = {len(named)}"
-        )
-    return table
 
 
 def section(path: Path, line: int, name: str) -> RawProfile:
