@@ -26,8 +26,8 @@ def _zero_positions(squares: np.ndarray, positions: np.ndarray, step: float) -> 
     padded = np.pad(squares, 1)
     first, last = filled[0], filled[-1]
     return (
-        float(positions[first] - step * _cells_to_edge(squares[first], padded[first + 2])),
-        float(positions[last] + step * _cells_to_edge(squares[last], padded[last])),
+        float(positions[first] - step * cells_to_edge(squares[first], padded[first + 2])),
+        float(positions[last] + step * cells_to_edge(squares[last], padded[last])),
     )
 
 
@@ -50,7 +50,7 @@ def _covered_cells(pressure):
             for di, dj in ((1, 0), (-1, 0), (0, 1), (0, -1)):
                 if not _carries(pressure, i - di, j - dj):
                     inner = pressure[i + di, j + dj] ** 2 if _carries(pressure, i + di, j + dj) else 0.0
-                    ends += 0.5 * (_cells_to_edge(outer, inner) - 0.5)
+                    ends += 0.5 * (cells_to_edge(outer, inner) - 0.5)
     return whole + ends
 
 
@@ -60,6 +60,6 @@ def _carries(pressure, i, j):
 
 
 @njit(cache=True)
-def _cells_to_edge(outer, inner):
+def cells_to_edge(outer, inner):
     """From the outermost cell's centre to the edge; half a cell where pressure does not fall outwards."""
     return min(outer / (inner - outer), 1.0) if inner > outer else 0.5

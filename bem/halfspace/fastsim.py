@@ -38,7 +38,7 @@ from bem.halfspace.input import check_creepage, check_friction
 from bem.halfspace.slip_dependent_friction import LEAST, SlipDependentFriction, share_after, sliding_share
 from bem.material import Elastic, Pair
 from bem.patch import ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
-from bem.patch_edge import covered_area
+from bem.patch_edge import cells_to_edge, covered_area
 from bem.renamed import renamed
 from kernel_cache import njit
 
@@ -229,12 +229,6 @@ def strip_rates(
 
 
 @njit(cache=True)
-def _reach(outer, inner):
-    """Cells from the outermost cell's centre to the edge (bem/patch_edge.py)."""
-    return min(outer / (inner - outer), 1.0) if inner > outer else 0.5
-
-
-@njit(cache=True)
 def march(square, limit, law, labels, rates, x, y, dx, direction, traction, slip, stick):
     """Each run of cells of one part is marched from its leading edge, from covered centre to covered centre.
 
@@ -259,11 +253,11 @@ def march(square, limit, law, labels, rates, x, y, dx, direction, traction, slip
             inside_behind = 0 <= behind < nx and labels[behind, j] == part
             front, rear = 0.5, 0.5
             if part != before:
-                front = _reach(square[i, j], square[behind, j] if inside_behind else 0.0)
+                front = cells_to_edge(square[i, j], square[behind, j] if inside_behind else 0.0)
                 qx, qy, share = 0.0, 0.0, 1.0
                 position = x[i] + direction * front * dx
             if not inside_behind:
-                rear = _reach(square[i, j], square[ahead, j] if part == before else 0.0)
+                rear = cells_to_edge(square[i, j], square[ahead, j] if part == before else 0.0)
             centre = x[i] + direction * (front - rear) / 2 * dx
             cover = front + rear
             bound = limit[i, j] / cover

@@ -29,10 +29,6 @@ def _xx_over_r3(x, y):
     return y * np.log(x + np.hypot(x, y))
 
 
-def _yy_over_r3(x, y):
-    return x * np.log(y + np.hypot(x, y))
-
-
 def _xy_over_r3(x, y):
     return -np.hypot(x, y)
 
@@ -49,7 +45,6 @@ def _y_over_r2(x, y):
 _KERNELS = {
     "1/r": (_one_over_r, 1, 1),
     "xx/r3": (_xx_over_r3, 1, 1),
-    "yy/r3": (_yy_over_r3, 1, 1),
     "xy/r3": (_xy_over_r3, -1, -1),
     "x/r2": (_x_over_r2, -1, 1),
     "y/r2": (_y_over_r2, 1, -1),
@@ -59,7 +54,7 @@ _KERNELS = {
 def rectangle_integrals(name: str, dx: float, dy: float, nx: int, ny: int) -> np.ndarray:
     """(nx, ny) integral of the kernel over a dx x dy cell whose centre lies (-i dx, -j dy) from the observer.
 
-    name : "1/r", "xx/r3", "yy/r3", "xy/r3" [m], "x/r2" or "y/r2" [m]; dx, dy : [m]
+    name : "1/r", "xx/r3", "xy/r3" [m], "x/r2" or "y/r2" [m]; dx, dy : [m]
     Error: round-off, growing as n^2 eps (second difference of the antiderivative).
     """
     antiderivative = _KERNELS[name][0]

@@ -67,28 +67,11 @@ def _traction_x_stress(t: dict, z: float, nu: float) -> list[np.ndarray]:
 
 def _traction_y_stress(t: dict, z: float, nu: float) -> list[np.ndarray]:
     """The same along y: x and y change places."""
-    swapped = {name: t[_SWAP[name]] for name in t}
+    swapped = {name: t[name[0] + "".join(sorted(name[1:].translate(str.maketrans("xy", "yx"))))] for name in t}
     xx, yy, zz, yz, xz, xy = _traction_x_stress(swapped, z, nu)
     return [yy, xx, zz, xz, yz, xy]
 
 
-_SWAP = {
-    "Vz": "Vz",
-    "Vx": "Vy",
-    "Vy": "Vx",
-    "Vxy": "Vxy",
-    "Vxz": "Vyz",
-    "Vyz": "Vxz",
-    "Vxx": "Vyy",
-    "Vyy": "Vxx",
-    "Cxy": "Cxy",
-    "Cxx": "Cyy",
-    "Cyy": "Cxx",
-    "Cxyy": "Cxxy",
-    "Cxxy": "Cxyy",
-    "Txxy": "Txyy",
-    "Txyy": "Txxy",
-}
 _LOADS = (_pressure_stress, _traction_x_stress, _traction_y_stress)
 
 

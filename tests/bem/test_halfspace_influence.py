@@ -14,7 +14,6 @@ from bem.patch import Grid
 KERNELS = {
     "1/r": lambda x, y: 1 / np.hypot(x, y),
     "xx/r3": lambda x, y: x**2 / np.hypot(x, y) ** 3,
-    "yy/r3": lambda x, y: y**2 / np.hypot(x, y) ** 3,
     "xy/r3": lambda x, y: x * y / np.hypot(x, y) ** 3,
     "x/r2": lambda x, y: x / (x**2 + y**2),
     "y/r2": lambda x, y: y / (x**2 + y**2),
