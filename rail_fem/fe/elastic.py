@@ -114,7 +114,7 @@ def give(nodal, places, start, count, f):
             f[at + 2 * _W] += nodal[k + 2 * _W]
 
 
-@compiled
+@part
 def add_elastic_force(u, places, filled, material_of, materials, geometry, f):
     """Internal force of every block added to f.
 

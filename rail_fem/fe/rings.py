@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rail_fem.fe.elastic import add_elastic_force
 from rail_fem.fe.finite_strain import add_elastic
 from rail_fem.fe.lanes import compiled, inlined, part
 from rail_fem.fe.state import HOURGLASS_STIFFNESS, LAME, LANES, SHEAR
@@ -248,7 +249,7 @@ def add_to_lines(s, row, f, a, b, c, d):
         f[d + e] += m0 + m2 - (m1 + m3)
 
 
-@compiled
+@part
 def take_lines(x, reference, v, damping, rings):
     """The displacement x - reference + damping v, (3 n,) vectors, of all lines -> u. Rank-local."""
     u, nodes, places = rings.u, rings.nodes, rings.places
@@ -259,7 +260,7 @@ def take_lines(x, reference, v, damping, rings):
         u[at + 2 * _W] = 0.125 * (x[i + 2] - reference[i + 2] + damping * v[i + 2])
 
 
-@compiled
+@part
 def add_ring_force(rings):
     """Internal force of the elements in rings at u, added to f. Rank-local. Allocates only its block buffer."""
     u, f, s = rings.u, rings.f, np.zeros(36 * ROW)
@@ -271,6 +272,27 @@ def add_ring_force(rings):
         arc_forces(s, rings.sections[block], rings.arcs[rings.arc_of[block]])
         for i in range(3):
             add_to_lines(s, i * ROW, f, a + i * _W, b + i * _W, c + i * _W, d + i * _W)
+
+
+@compiled
+def find_line_forces(x, reference, v, damping, rings, places, filled, material_of, materials, geometry):
+    """Internal forces f at the displacement x - reference + damping v, (3 n,) vectors, of the elements in rings and of
+    those beside them, blocks of rail_fem.fe.elastic.add_elastic_force. Rank-local."""
+    take_lines(x, reference, v, damping, rings)
+    add_ring_force(rings)
+    add_elastic_force(rings.u, places, filled, material_of, materials, geometry, rings.f)
+
+
+@compiled
+def take_energy(rings):
+    """Half the work [J] of the forces f of all lines on the displacement there, f back to 0. Rank-local."""
+    u, f, energy = rings.u, rings.f, 0.0
+    for at in rings.places:
+        for component in range(3):
+            k = at + component * _W
+            energy += 4.0 * u[k] * f[k]  # u is an eighth
+            f[k] = 0.0
+    return energy
 
 
 @compiled

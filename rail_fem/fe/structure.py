@@ -8,10 +8,10 @@ import numpy as np
 from geometry.meshing.quality import eigen_length
 from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.domain import Domain, raise_together
-from rail_fem.fe.elastic import add_elastic_force, elastic_stress, fixed_geometry
+from rail_fem.fe.elastic import elastic_stress, fixed_geometry
 from rail_fem.fe.hexahedron import stored_energy, update_elements, volumes
 from rail_fem.fe.hexahedron_full import stored_energy_full, update_full_elements
-from rail_fem.fe.rings import add_ring_force, find_rings, give_lines, take_lines
+from rail_fem.fe.rings import find_line_forces, find_rings, give_lines, take_energy
 from rail_fem.fe.state import LANES, LAW, LINEAR_VISCOSITY, N_WORK, POINTS, QUADRATIC_VISCOSITY
 from rail_fem.scene.steel import Steel
 
@@ -92,7 +92,6 @@ class Structure:
             points=POINTS if full else 1,
             slab=None if slab is None else slab[self.finite_cells],
         )
-        self.active = [(0, len(self.finite.filled))]  # ranges of the finite-strain blocks that a step computes
         cells, region = domain.cells[self.small_cells], domain.region[self.small_cells]
         self.rings, in_ring = find_rings(domain.reference.reshape(-1, 3), cells, region, self.table.rows, axis)
         beside = ElementBlocks(cells[~in_ring], region[~in_ring], self.table, stateless=True)
@@ -106,11 +105,17 @@ class Structure:
         )
         self.damping = 0.0
         self.block_work, self.works = np.zeros((len(self.finite.filled), N_WORK)), np.zeros(3)
+        self.compute([(0, len(self.finite.filled))])
         self.on_small = np.zeros(domain.n_nodes, np.int8)
         self.on_small[domain.cells[self.small_cells].ravel()] = 1
         self.smallest_volume = smallest
         raise_together(domain.comm, self._inversion_message(volumes(domain.reference, domain.cells)))
         self.mass = self.lumped_mass()
+
+    def compute(self, active: list[tuple[int, int]]) -> None:
+        """From now on a step computes these ranges of the finite-strain blocks. Rank-local."""
+        self.active = active
+        self.views = [(self.finite.part(*blocks), self.block_work[slice(*blocks)].ravel()) for blocks in active]
 
     @property
     def work(self) -> np.ndarray:
@@ -152,13 +157,11 @@ class Structure:
         """Minus the internal force at the present x and v, added to `force` of owned and ghost nodes; updates stresses.
         Rank-local."""
         self.smallest_volume = np.inf
-        for first, last in self.active:
-            nodes, filled, material_of, state, back = self.finite.part(first, last)
-            work = self.block_work.ravel()[N_WORK * first : N_WORK * last]
-            smallest = self.update_elements(
-                self.x, self.v, dt, nodes, filled, material_of, self.table, state, back, self.force, work
-            )
-            self.smallest_volume = np.minimum(self.smallest_volume, smallest)  # keeps what is not a number
+        for b, work in self.views:
+            own = b.nodes, b.filled, b.material_of, self.table, b.state, b.back
+            smallest = self.update_elements(self.x, self.v, dt, *own, self.force, work)
+            if not smallest >= self.smallest_volume:  # keeps what is not a number
+                self.smallest_volume = smallest
         self._add_small_force(self.x, self.domain.reference, self.v, self.damping, self.force)
 
     def _add_small_force(
@@ -166,12 +169,14 @@ class Structure:
     ) -> None:
         """Minus the internal force of the small-displacement elements at x - reference + damping v, added to `force`.
         Rank-local."""
-        b, lines = self.small, self.rings
         if len(self.small_cells):
-            take_lines(x, reference, v, damping, lines)
-            add_ring_force(lines)
-            add_elastic_force(lines.u, b.nodes, b.filled, b.material_of, self.table.rows, self.geometry, lines.f)
-            give_lines(lines, force)
+            self._find_line_forces(x, reference, v, damping)
+            give_lines(self.rings, force)
+
+    def _find_line_forces(self, x: np.ndarray, reference: np.ndarray, v: np.ndarray, damping: float) -> None:
+        b = self.small
+        own = b.nodes, b.filled, b.material_of, self.table.rows, self.geometry
+        find_line_forces(x, reference, v, damping, self.rings, *own)
 
     def count_active(self) -> int:
         """Cells that a step computes, of all ranks. Collective."""
@@ -180,9 +185,9 @@ class Structure:
 
     def elastic_energy(self) -> tuple[float, float]:
         """Elastic energy of the active finite-strain and of the small-displacement elements [J]. Rank-local."""
-        finite, force = sum(self.energy_of_blocks(*blocks) for blocks in self.active), self.domain.nodal_vector()
-        self._add_small_force(self.x, self.domain.reference, self.v, 0.0, force)
-        return finite, -0.5 * float((self.x - self.domain.reference) @ force)
+        finite = sum(self.energy_of_blocks(*blocks) for blocks in self.active)
+        self._find_line_forces(self.x, self.domain.reference, self.v, 0.0)
+        return finite, take_energy(self.rings)
 
     def energy_of_blocks(self, first: int, last: int) -> float:
         """Elastic energy of the finite-strain blocks first..last-1 [J]. Rank-local."""

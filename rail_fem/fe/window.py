@@ -125,7 +125,7 @@ class TravellingWindow(DynamicsPart):
         blocks = self.structure.finite
         uncut = np.setdiff1d(blocks.material_of, np.flatnonzero(self.slabs.counts))
         whole = [np.flatnonzero(blocks.material_of == region) for region in uncut]
-        self.structure.active = self._blocks(self.active) + [(int(at[0]), int(at[-1]) + 1) for at in whole]
+        self.structure.compute(self._blocks(self.active) + [(int(at[0]), int(at[-1]) + 1) for at in whole])
         owned = self.structure.domain.n_owned
         self.mass_outside = float(self.structure.mass[:owned][~self.within.touched[:owned]].sum())
         self.group.holds = np.flatnonzero(self.rigid & self.within.touched)

@@ -197,7 +197,7 @@ def test_slabs_outside_the_window_keep_their_back_stresses():
     shake = lambda: place(structure, structure.x.reshape(-1, 3) + 5e-3 * rng.standard_normal((97 * 4, 3)), 1e-6)
     shake()
     before = element_state(structure.finite)
-    structure.active = [(1, 2)]
+    structure.compute([(1, 2)])
     shake()
     after = element_state(structure.finite)
     middle = structure.finite.cell_of[LANES : 2 * LANES]
