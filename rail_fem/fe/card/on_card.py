@@ -14,7 +14,7 @@ from rail_fem.fe.blocks import ElementBlocks
 from rail_fem.fe.card import arrays, kernels
 from rail_fem.fe.card.arrays import CardContact, CardElements, CardGroups, CardNodes, CardSmallElements, CardStep
 from rail_fem.fe.card.device import SIMULATED, Launches, down, put, up
-from rail_fem.fe.contact.pairs import Law, NodalForces, Nodes, Pairs, Sliding
+from rail_fem.fe.contact.pairs import NodalForces, Nodes, Pairs
 from rail_fem.fe.contact.projection import PROJECTION
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.elastic import fixed_geometry
@@ -169,8 +169,8 @@ class OnCard:
         )
 
     def _contact_here(self) -> CardContact:
-        c, settings = self.dynamics.contact, self.dynamics.contact.settings
-        surfaces, search, wheel, pairs = c.surfaces, c.search, c.wheel, joined(*c.pairs)
+        c = self.dynamics.contact
+        surfaces, wheel, pairs = c.surfaces, c.wheel, joined(*c.pairs)
         n, k = surfaces.n, len(pairs.slaves)
         pair_of, local = np.full((2, n), -1, np.int64)
         pair_of[pairs.slaves] = np.arange(k)
@@ -178,10 +178,10 @@ class OnCard:
         inertia = np.inf if wheel.inertia is None else wheel.inertia
         return CardContact(
             pairs,
-            Nodes(surfaces.area, surfaces.inverse_mass, c.from_axle, search.position, search.before),
-            Law(1.0 / settings.stiffness, float(settings.friction), float(settings.deepest)),
-            NodalForces(c.tributary_area, c.normal_force, c.force, c.pressure_at, c.slip, c.slot),
-            Sliding(c.sticking, c.moved, c.drag),
+            c.nodes,
+            c.law,
+            c.found,
+            c.sliding,
             len(c.pairs[0].slaves),
             *around(pairs.quads, n),
             pair_of,

@@ -23,7 +23,7 @@ from rail_fem.fe.contact.pairs import (
     Pairs,
     Sliding,
 )
-from rail_fem.fe.contact.projection import PROJECTION
+from rail_fem.fe.contact.projection import PROJECTION, add_overlap
 from rail_fem.fe.contact.search import SOON, ContactSettings, PairSearch
 from rail_fem.fe.contact.surface import ContactSurfaces
 from rail_fem.fe.dynamics_part import DynamicsPart
@@ -44,16 +44,16 @@ class Contact(DynamicsPart):
         *("sums", "friction_work"),
     )
     SUMMED = ("work",)
-    SCRATCH = ("rows", "slot", "sticking", "moved", "drag")
+    SCRATCH = ("rows", "nodes", "found", "sliding")
 
     def __init__(self, surfaces: ContactSurfaces, settings: ContactSettings, wheel: RollingWheel | None = None):
         self.surfaces, self.settings, self.wheel = surfaces, settings, wheel or RollingWheel()
         self.search = PairSearch(surfaces, settings, self.wheel)
-        self.from_axle = surfaces.reference - np.asarray(self.wheel.axle)
-        n = surfaces.n
+        self.from_axle, n = surfaces.reference - np.asarray(self.wheel.axle), surfaces.n
+        self.law = Law(1.0 / settings.stiffness, float(settings.friction), float(settings.deepest))
         self.force, self.slip = np.zeros((n, 3)), np.zeros((n, 3))
         self.normal_force, self.tributary_area = np.zeros(n), np.zeros(n)
-        self.pressure_at, self.slot = np.zeros(n), np.full(n, -1, np.int64)
+        self.pressure_at = np.zeros(n)
         self.sums = np.zeros(N_SUMS)
         self.work, self.friction_work = 0.0, 0.0
         self.after_restore()
@@ -64,9 +64,9 @@ class Contact(DynamicsPart):
         return self.search.pairs
 
     def after_restore(self) -> None:
-        """Which nodes are watched, where they stand in the step's message, and room for the results of a step.
-        Rank-local."""
-        s = self.surfaces
+        """Which nodes are watched, where they stand in the step's message, what its kernels take, and room for their
+        results. Rank-local."""
+        s, search = self.surfaces, self.search
         watched = np.zeros(s.n, bool)
         for pairs in self.pairs:
             watched[pairs.slaves] = True
@@ -81,7 +81,10 @@ class Contact(DynamicsPart):
         self.size = 6 * len(self.watched)
         k = len(self.pairs[0].slaves)
         self.rows = np.zeros((k + len(self.pairs[1].slaves), PROJECTION))
-        self.sticking, self.moved, self.drag = np.zeros(k, np.bool_), np.zeros((k, 3)), np.zeros((k, 3))
+        self.sliding = Sliding(np.zeros(k, np.bool_), np.zeros((k, 3)), np.zeros((k, 3)))
+        self.nodes = Nodes(s.area, s.inverse_mass, self.from_axle, search.position, search.before)
+        of_nodes = self.tributary_area, self.normal_force, self.force, self.pressure_at, self.slip
+        self.found = NodalForces(*of_nodes, np.full(s.n, -1, np.int64))
 
     def changes(self) -> np.ndarray:
         return self.own_local
@@ -139,27 +142,16 @@ class Contact(DynamicsPart):
         if not len(self.watched):
             self.sums[:] = 0.0
             return
-        surfaces, search, wheel, law = self.surfaces, self.search, self.wheel, self.settings
-        comm = surfaces.comm
+        search, wheel, comm, n_rail = self.search, self.wheel, self.surfaces.comm, self.surfaces.n_rail
         kernel.predict(
-            *(summed.reshape(-1, 6), self.watched, surfaces.n_rail, search.frames, dt),
+            *(summed.reshape(-1, 6), self.watched, n_rail, search.frames, dt),
             *(search.before, search.position, *self.pairs, comm.rank, comm.size, self.rows),
         )
         if comm.size > 1:
             comm.Allreduce(MPI.IN_PLACE, self.rows)
         lost = kernel.contact_forces(
-            self.rows,
-            *self.pairs,
-            self.watched,
-            surfaces.n_rail,
-            Nodes(surfaces.area, surfaces.inverse_mass, self.from_axle, search.position, search.before),
-            Law(1.0 / law.stiffness, float(law.friction), float(law.deepest)),
-            wheel.spin,
-            float(wheel.yaw),
-            dt,
-            NodalForces(self.tributary_area, self.normal_force, self.force, self.pressure_at, self.slip, self.slot),
-            Sliding(self.sticking, self.moved, self.drag),
-            self.sums,
+            *(self.rows, *self.pairs, self.watched, n_rail, self.nodes, self.law),
+            *(wheel.spin, float(wheel.yaw), dt, self.found, self.sliding, self.sums),
         )
         if lost:
             search.steps_left = min(search.steps_left, SOON)
@@ -175,23 +167,8 @@ class Contact(DynamicsPart):
 
     def overlap(self) -> list[float]:
         """How deep the surfaces lie in one another after the step before the last, at the pairs that carry: largest
-        [m], force times overlap summed up [N m], force [N]. Measured on the geometry. Replicated. Collective."""
-        deepest = work = force = 0.0
+        [m], force times overlap summed up [N m], force [N]. Measured on the geometry. Replicated."""
+        found = np.zeros(3)
         for pairs in self.pairs:
-            there = pairs._replace(
-                facets=pairs.facets.copy(),
-                where=pairs.where.copy(),
-                gap=np.zeros_like(pairs.gap),
-                normal=np.zeros_like(pairs.normal),
-                ahead=np.zeros_like(pairs.ahead),
-                weight=np.zeros_like(pairs.weight),
-            )
-            self.search.project(self.search.before, there)
-            carries = pairs.active & (there.facets >= 0) & (pairs.pressure > 0)
-            depth, normal_force = (
-                np.maximum(-there.gap[carries], 0.0),
-                pairs.pressure[carries] * self.surfaces.area[pairs.slaves[carries]],
-            )
-            deepest = max(deepest, float(depth.max(initial=0.0)))
-            work, force = work + float(normal_force @ depth), force + float(normal_force.sum())
-        return [deepest, work, force]
+            add_overlap(self.search.before, pairs, self.surfaces.area, found)
+        return found.tolist()

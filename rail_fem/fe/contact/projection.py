@@ -221,6 +221,20 @@ def take_projections(rows, pairs):
     return take(rows, pairs)
 
 
+@_compiled
+def add_overlap(position, pairs, area, found):
+    """How deep nodes lie below the facets of the pairs that carry, at positions (n, 3) -> found (3,): the largest depth
+    or that there [m]; force times depth [N m] and force [N] are added. area : (n,) of the nodes [m2]"""
+    rows = np.zeros((pairs.slaves.size, PROJECTION))
+    point, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
+    for i in range(pairs.slaves.size):
+        if pairs.active[i] and pairs.pressure[i] > 0.0:
+            project_pair(position, pairs, i, rows, point, t1, t2)
+            if rows[i, 0] >= 0:
+                depth, force = max(-rows[i, 3], 0.0), pairs.pressure[i] * area[pairs.slaves[i]]
+                found[0], found[1], found[2] = max(found[0], depth), found[1] + force * depth, found[2] + force
+
+
 def project_pairs(position, pairs):
     """Projection of all pairs at positions (n, 3), from where `facets` and `where` say: these, `gap`, `normal`, `ahead`
     and `weight` are changed."""
