@@ -68,7 +68,6 @@ class Recorder:
             "wheel_height": p.datum_height + p.axle.displacement[2],
             "crossing_height": p.crossing.displacement[2] + d.contact.search.raised - p.static_deflection,
             "wheel_spin": d.contact.wheel.spin,
-            "creep_longitudinal": p.running.creep(d.contact.wheel.spin, centre[1]),
             "contact_x": centre[0],
             "contact_y": centre[1],
             "contact_pressure": pressure,
@@ -113,6 +112,7 @@ class Recorder:
         if not self.rows:
             return {"time": np.empty(0), "x": np.empty(0)}
         columns = {name: np.array([row[name] for row in self.rows]) for name in self.rows[0]}
+        columns["creep_longitudinal"] = self.passage.running.creep(columns["wheel_spin"], columns["contact_y"])
         # springs hold energy from the start, which nobody has put in
         columns["energy_balance"] -= columns["energy_balance"][0]
         return columns

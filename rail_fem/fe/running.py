@@ -33,13 +33,10 @@ class Running:
     def duration(self) -> float:
         return (self.end - self.start) / self.speed
 
-    def creep(self, spin: float, y: float) -> float:
-        """Longitudinal creep of a contact at lateral position y [m]: (speed - spin * rolling radius) / speed, + where
-        the wheel is braked."""
-        return (
-            1.0
-            - spin * float(rolling_radius(self.profile, self.path.radius, np.array([y - self.datum_y]))[0]) / self.speed
-        )
+    def creep(self, spin: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Longitudinal creep (n,) of contacts at lateral positions y [m]: (speed - spin * rolling radius) / speed, +
+        where the wheel is braked."""
+        return 1.0 - spin * rolling_radius(self.profile, self.path.radius, y - self.datum_y) / self.speed
 
     @property
     def transfers(self) -> np.ndarray:
