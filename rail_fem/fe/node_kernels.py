@@ -90,13 +90,14 @@ def kick(v, force, inverse_mass, mass_damping, dt, marks, runs, works, x, drifts
 
 @njit(cache=True, error_model="numpy")
 def group_reactions(force, members, first, out):
-    """Element forces on groups: members[first[g]:first[g+1]] are the owned nodes of group g; out (n_groups, 3) [N],
-    overwritten."""
-    out[:] = 0.0
-    for g in range(out.shape[0]):
+    """Element forces on groups: members[first[g]:first[g+1]] are the owned nodes of group g; out
+    (3 n_groups or more,) [N], as many overwritten."""
+    for g in range(first.size - 1):
+        for c in range(3):
+            out[3 * g + c] = 0.0
         for k in range(first[g], first[g + 1]):
             for c in range(3):
-                out[g, c] += force[3 * members[k] + c]
+                out[3 * g + c] += force[3 * members[k] + c]
 
 
 @njit(cache=True, error_model="numpy")

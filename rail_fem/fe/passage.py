@@ -229,7 +229,7 @@ def start_velocities(dynamics: Dynamics, running: Running, axle: RigidGroup, spr
     dynamics.structure.v.reshape(-1, 3)[wheel, 2] = vertical
     for group in (axle, sprung):
         if group is not None:
-            group.velocity = np.array([0.0, 0.0, vertical])
+            group.velocity[:] = 0.0, 0.0, vertical
     dynamics.impose()
 
 

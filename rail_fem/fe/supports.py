@@ -26,7 +26,8 @@ class RigidGroup:
     lateral_mass : more mass that only moves along y: the other half of a wheelset [kg]
     mesh_mass : of the whole mesh that the group holds [kg]: what its nodes and those that hang on them weigh
     moving_mass : the most of it that ever moves on its own [kg], None: all of it
-    load : (3,) constant force [N];  velocity, displacement : (3,), change in place with time
+    load : (3,) constant force [N]
+    velocity, displacement, reaction : (3,), change in place with time: Supports holds those of all groups in rows
     holds : local nodes that are its own now, where a travelling window says so, which sets `node_mass` too; else None
     """
 
@@ -101,19 +102,14 @@ class RigidGroup:
     def kick(self, upwards: float, dt: float, across: float = 0.0) -> None:
         """Velocity of the free directions from the reaction at hand, the load and forces upwards and along y [N]."""
         own = self.mass
-        if own <= 0:
-            return
         for c in range(3):
-            if not self.free[c]:
+            if not self.free[c] or own <= 0:
                 continue
             mass = own + (self.lateral_mass if c == 1 else 0.0)
             load, old = self.load.item(c), self.velocity.item(c)
             new = old + dt / mass * (self.reaction.item(c) + load + (0.0, across, upwards)[c])
             self.velocity[c] = new
             self.load_work += dt * load * 0.5 * (new + old)
-
-    def drift(self, dt: float) -> None:
-        self.displacement += dt * self.velocity
 
     def kinetic_energy(self) -> float:
         """Of the added mass [J]; the nodes' own is counted with the nodes."""
@@ -198,12 +194,23 @@ class Supports(DynamicsPart):
     """All groups, links, and guides along y; `advance` moves the groups by one kick."""
 
     STATE = ("groups", "links", "guides")
+    ROWS = ("velocity", "displacement", "reaction")  # of each group (n_groups, 3)
 
     def __init__(self, groups: list[RigidGroup], links: Sequence[Link] = (), guides: Sequence[HeldAcross] = ()):
         self.groups, self.links, self.guides = list(groups), list(links), list(guides)
-        ends = np.cumsum([0, 3 * len(self.groups), *(group.size for group in self.groups)]).tolist()
-        # of the message: all reactions, then what each group sums beside its own
-        self.stretches, self.size = [slice(*both) for both in zip(ends, ends[1:])], ends[-1]
+        self.elastic = [group for group in self.groups if isinstance(group, Springs)]  # a slow question
+        ends = np.cumsum([3 * len(self.groups), *(group.size for group in self.elastic)]).tolist()
+        # of the message: all reactions, then what elastic groups sum beside their own
+        self.stretches, self.size = [slice(*both) for both in zip([0, *ends], ends)], ends[-1]
+        self.after_restore()
+
+    def after_restore(self) -> None:
+        """Each group's motion is a row of that of all. Replicated."""
+        for name in self.ROWS:
+            rows = np.array([getattr(group, name) for group in self.groups]).reshape(-1, 3)
+            setattr(self, name, rows)
+            for group, row in zip(self.groups, rows):
+                setattr(group, name, row)
 
     def join(self, structure: Structure) -> None:
         self.structure, domain = structure, structure.domain
@@ -228,54 +235,52 @@ class Supports(DynamicsPart):
         return self.members
 
     def pack(self, dt: float, mine: np.ndarray) -> None:
-        reactions, *rest = (mine[stretch] for stretch in self.stretches)
-        group_reactions(self.structure.force, self.owned_members, self.first_owned, reactions.reshape(-1, 3))
-        for group, own in zip(self.groups, rest):
-            group.pack(self.structure.force, own)
+        group_reactions(self.structure.force, self.owned_members, self.first_owned, mine)
+        for group, own in zip(self.elastic, self.stretches[1:]):
+            group.pack(self.structure.force, mine[own])
 
     def kick(self, dt: float, summed: np.ndarray) -> None:
-        reactions, *rest = (summed[stretch] for stretch in self.stretches)
-        for group, own in zip(self.groups, rest):
-            group.take(own)
-        self.advance(reactions.reshape(-1, 3), dt)
+        for group, own in zip(self.elastic, self.stretches[1:]):
+            group.take(summed[own])
+        self.advance(summed[self.stretches[0]].reshape(-1, 3), dt)
         self.impose()
 
     def impose(self) -> None:
-        if self.groups:
-            velocity = np.array([group.velocity for group in self.groups])
-            impose_velocities(self.structure.v, self.members, self.first_member, velocity)
-        for group in self.groups:
+        impose_velocities(self.structure.v, self.members, self.first_member, self.velocity)
+        for group in self.elastic:
             group.bend(self.structure.v)
 
     def advance(self, reactions: np.ndarray, dt: float) -> None:
         """Kick: velocities of all groups from element reactions (n_groups, 3) [N], loads and links. Replicated."""
-        on_group, pulled = dict.fromkeys(map(id, self.groups), 0.0), []
+        self.reaction[:] = reactions
+        upwards, across = dict.fromkeys(map(id, self.groups), 0.0), dict.fromkeys(map(id, self.groups), 0.0)
+        pulled, sliding = [], []
         for link in self.links:
             damper, rate = link.damper_force(), link.stretch_rate()
             pull = link.spring_force() + damper
-            on_group[id(link.a)] += pull
+            upwards[id(link.a)] += pull
             if link.b is not None:
-                on_group[id(link.b)] -= pull
+                upwards[id(link.b)] -= pull
             pulled.append((link, damper, rate))
-        for g, reaction in zip(self.groups, reactions):
-            g.reaction[:] = reaction
-            guides = [guide for guide in self.guides if guide.axle is g]
-            creeps = [guide.creep_force() for guide in guides]
-            old_across = g.velocity.item(1)
-            g.kick(on_group[id(g)], dt, sum(guide.spring_force() for guide in guides) + sum(creeps))
-            for guide, creep in zip(guides, creeps):
-                guide.book(creep, old_across, dt)
+        for guide in self.guides:
+            sliding.append((guide, guide.creep_force(), guide.axle.velocity.item(1)))
+            across[id(guide.axle)] += guide.spring_force() + sliding[-1][1]
+        for group in self.groups:
+            group.kick(upwards[id(group)], dt, across[id(group)])
+        for guide, creep, old in sliding:
+            guide.book(creep, old, dt)
         for link, damper, old in pulled:
             link.dissipated -= dt * damper * 0.5 * (old + link.stretch_rate())
 
     def drift(self, dt: float) -> None:
-        for g in self.groups:
-            g.drift(dt)
+        self.displacement += dt * self.velocity
+        for group in self.elastic:
+            group.drift(dt)
 
     @property
     def parts(self) -> list[Springs]:
         """What has springs and dampers."""
-        return [*self.links, *self.guides, *(group for group in self.groups if isinstance(group, Springs))]
+        return [*self.links, *self.guides, *self.elastic]
 
     def frequency(self) -> float:
         return max((group.frequency for group in self.groups), default=0.0)
