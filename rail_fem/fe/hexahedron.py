@@ -73,6 +73,18 @@ def constants_of(row):
 
 
 @inlined
+def viscous_pressure(own, square, volume, rate):
+    """Of the bulk viscosity [Pa]; square : 8 times the sum of squares of the modal gradient, rate : of dilatation."""
+    length = max(math.sqrt(1.5 / square) * volume, own.least)
+    closing = min(rate, 0.0)
+    return (
+        own.density
+        * length
+        * (own.linear * own.speed * rate - own.quadratic * own.quadratic * length * closing * closing)
+    )
+
+
+@inlined
 def trial_of(x, v, dt, own, old, q1, q2, q3, q4):
     """Of one element: modes of its coordinates x at the end of the step and of its velocities v over it,
     ElementConstants, stress (6,) and hourglass forces before the step -> ElementTrial."""
@@ -84,14 +96,8 @@ def trial_of(x, v, dt, own, old, q1, q2, q3, q4):
     half = add_elastic(old, l, 0.5 * dt, own.lame, own.shear)
     stress = add_elastic(rotate_stress(r, half), l, 0.5 * dt, own.lame, own.shear)
     square = 8.0 * sum_of_squares(b)
-    length = max(math.sqrt(1.5 / square) * volume, own.least)
     rate = l[0][0] + l[1][1] + l[2][2]
-    closing = min(rate, 0.0)
-    viscous = (
-        own.density
-        * length
-        * (own.linear * own.speed * rate - own.quadratic * own.quadratic * length * closing * closing)
-    )
+    viscous = viscous_pressure(own, square, volume, rate)
     k = own.hourglass * square / volume * dt
     q1, w1 = hourglass_step(q1, r, end, x[3], v[3], k)
     q2, w2 = hourglass_step(q2, r, end, x[4], v[4], k)

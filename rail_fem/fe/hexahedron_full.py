@@ -18,11 +18,12 @@ Methods Appl. Mech. Eng. 51 (1985) 177, for finite strain.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from rail_fem.fe.finite_strain import add_elastic, rotate_stress, step_rotation, to_mid_step, von_mises
-from rail_fem.fe.hexahedron import N_SCRATCH, energy_density
+from rail_fem.fe.hexahedron import N_SCRATCH, constants_of, energy_density, viscous_pressure
 from rail_fem.fe.lanes import compiled, gather, gather_one, inlined, load, part, scatter, store
 from rail_fem.fe.plasticity import EXCESS, add_centre, flow_back, has_flowed, point_buffers, return_law, turn
 from rail_fem.fe.prefetch import NUMBERS, fetch
@@ -68,27 +69,43 @@ def store_covariant(vectors, e, m):
         store(vectors, 0, 24 + 3 * s, e, covariant(m[2], m[4], m[3], m[6], p, q))
 
 
+@inlined
+def vectors_at(m, point):
+    """X_1, X_2, X_3 at a point of the field with modes m, see `rows_at`."""
+    xi, eta, zeta = _G if point & 1 else -_G, _G if point & 2 else -_G, _G if point & 4 else -_G
+    return (
+        covariant(m[0], m[5], m[4], m[6], eta, zeta),
+        covariant(m[1], m[3], m[5], m[6], zeta, xi),
+        covariant(m[2], m[4], m[3], m[6], xi, eta),
+    )
+
+
+@inlined
+def begin_element(x, v, dt, own, mean, e):
+    """What belongs to the whole element, of modes of its coordinates x at the end of the step and of its velocities v
+    over it, ElementConstants -> lane e of `mean` (MEAN*W,)."""
+    b, volume = mean_gradient(x)
+    end = field_gradient(v, b, volume)
+    for k in range(3):
+        for i in range(3):
+            mean[(3 * k + i) * _W + e] = b[k][i]
+            mean[(9 + 3 * k + i) * _W + e] = b[3 + k][i]
+    mean[VOLUME * _W + e] = volume
+    mean[DIVERGENCE * _W + e] = end[0][0] + end[1][1] + end[2][2]
+    mid = to_mid_step(end, dt)
+    rate = mid[0][0] + mid[1][1] + mid[2][2]
+    viscous = viscous_pressure(own, 8.0 * sum_of_squares(b), volume, rate)
+    mean[PRESSURE * _W + e] = viscous * volume  # the points' pressures are added to it
+    mean[VISCOUS * _W + e] = viscous * rate * volume * dt
+
+
 @part
 def whole_element(nodal, dt, material, vectors, rates, mean):
     """Of a block: covariant vectors of coordinates and velocities (VECTORS*W,), and `mean` (MEAN*W,)."""
-    density, speed, linear, quadratic, least = material[2], material[3], material[4], material[5], material[8]
+    own = constants_of(material)
     for e in range(_W):
         x, v = vector_modes(nodal, e), vector_modes(nodal, 24 * _W + e)
-        b, volume = mean_gradient(x)
-        end = field_gradient(v, b, volume)
-        for k in range(3):
-            for i in range(3):
-                mean[(3 * k + i) * _W + e] = b[k][i]
-                mean[(9 + 3 * k + i) * _W + e] = b[3 + k][i]
-        mean[VOLUME * _W + e] = volume
-        mean[DIVERGENCE * _W + e] = end[0][0] + end[1][1] + end[2][2]
-        mid = to_mid_step(end, dt)
-        rate = mid[0][0] + mid[1][1] + mid[2][2]
-        length = max(math.sqrt(1.5 / (8.0 * sum_of_squares(b))) * volume, least)
-        closing = min(rate, 0.0)
-        viscous = density * length * (linear * speed * rate - quadratic * quadratic * length * closing * closing)
-        mean[PRESSURE * _W + e] = viscous * volume  # the points' pressures are added to it
-        mean[VISCOUS * _W + e] = viscous * rate * volume * dt
+        begin_element(x, v, dt, own, mean, e)
         store_covariant(vectors, e, x)
         store_covariant(rates, e, v)
 
@@ -105,52 +122,73 @@ def gradient_component(v1, v2, v3, c1, c2, c3, i, j, s):
     return s * (v1[i] * c1[j] + v2[i] * c2[j] + v3[i] * c3[j])
 
 
+class PointTrial(NamedTuple):
+    """One point up to its elastic trial stress (6,) [Pa]: rotation of the step, and what its force needs: area vectors
+    of the three reference axes, volume it stands for."""
+
+    stress: tuple
+    rotation: tuple
+    c1: tuple
+    c2: tuple
+    c3: tuple
+    jacobian: float
+
+
+@inlined
+def trial_of_point(x1, x2, x3, v1, v2, v3, divergence, dt, own, old):
+    """Of one point: covariant vectors of coordinates and velocities, mean divergence of the element, ElementConstants,
+    stress (6,) before the step -> PointTrial."""
+    c1, c2, c3 = cross(x2, x3), cross(x3, x1), cross(x1, x2)
+    jacobian = dot(x1, c1)
+    s = 1.0 / jacobian
+    g00 = gradient_component(v1, v2, v3, c1, c2, c3, 0, 0, s)
+    g11 = gradient_component(v1, v2, v3, c1, c2, c3, 1, 1, s)
+    g22 = gradient_component(v1, v2, v3, c1, c2, c3, 2, 2, s)
+    dilatation = (divergence - g00 - g11 - g22) / 3.0
+    g = (
+        (
+            g00 + dilatation,
+            gradient_component(v1, v2, v3, c1, c2, c3, 0, 1, s),
+            gradient_component(v1, v2, v3, c1, c2, c3, 0, 2, s),
+        ),
+        (
+            gradient_component(v1, v2, v3, c1, c2, c3, 1, 0, s),
+            g11 + dilatation,
+            gradient_component(v1, v2, v3, c1, c2, c3, 1, 2, s),
+        ),
+        (
+            gradient_component(v1, v2, v3, c1, c2, c3, 2, 0, s),
+            gradient_component(v1, v2, v3, c1, c2, c3, 2, 1, s),
+            g22 + dilatation,
+        ),
+    )
+    l = to_mid_step(g, dt)
+    r = step_rotation(l, dt)
+    half = add_elastic(old, l, 0.5 * dt, own.lame, own.shear)
+    stress = add_elastic(rotate_stress(r, half), l, 0.5 * dt, own.lame, own.shear)
+    return PointTrial(stress, r, c1, c2, c3, jacobian)
+
+
 @part
 def point_trial(vectors, rates, mean, point, dt, material, state, keeps_rotation, scratch):
     """Trial stress of one point of a block, and what its force needs -> scratch: area vectors, volume, excess.
 
     state : (POINT_STATE*W,) of this point;  keeps_rotation : the step's goes to the rows from ROTATION of scratch
     """
-    lame, shear = material[0], material[1]
+    own = constants_of(material)
     r1, r2, r3 = rows_at(point)
     for e in range(_W):
         x1, x2, x3 = load(vectors, 0, r1, e), load(vectors, 0, r2, e), load(vectors, 0, r3, e)
         v1, v2, v3 = load(rates, 0, r1, e), load(rates, 0, r2, e), load(rates, 0, r3, e)
-        c1, c2, c3 = cross(x2, x3), cross(x3, x1), cross(x1, x2)
-        jacobian = dot(x1, c1)
-        s = 1.0 / jacobian
-        g00 = gradient_component(v1, v2, v3, c1, c2, c3, 0, 0, s)
-        g11 = gradient_component(v1, v2, v3, c1, c2, c3, 1, 1, s)
-        g22 = gradient_component(v1, v2, v3, c1, c2, c3, 2, 2, s)
-        dilatation = (mean[DIVERGENCE * _W + e] - g00 - g11 - g22) / 3.0
-        g = (
-            (
-                g00 + dilatation,
-                gradient_component(v1, v2, v3, c1, c2, c3, 0, 1, s),
-                gradient_component(v1, v2, v3, c1, c2, c3, 0, 2, s),
-            ),
-            (
-                gradient_component(v1, v2, v3, c1, c2, c3, 1, 0, s),
-                g11 + dilatation,
-                gradient_component(v1, v2, v3, c1, c2, c3, 1, 2, s),
-            ),
-            (
-                gradient_component(v1, v2, v3, c1, c2, c3, 2, 0, s),
-                gradient_component(v1, v2, v3, c1, c2, c3, 2, 1, s),
-                g22 + dilatation,
-            ),
-        )
-        l = to_mid_step(g, dt)
-        r = step_rotation(l, dt)
         old = load(state, 0, 0, e) + load(state, 0, 3, e)
-        half = add_elastic(old, l, 0.5 * dt, lame, shear)
-        stress = add_elastic(rotate_stress(r, half), l, 0.5 * dt, lame, shear)
+        found = trial_of_point(x1, x2, x3, v1, v2, v3, mean[DIVERGENCE * _W + e], dt, own, old)
+        stress, r = found.stress, found.rotation
         store(state, 0, 0, e, stress[:3])
         store(state, 0, 3, e, stress[3:])
-        store(scratch, 0, 0, e, c1)
-        store(scratch, 0, 3, e, c2)
-        store(scratch, 0, 6, e, c3)
-        scratch[JACOBIAN * _W + e] = jacobian
+        store(scratch, 0, 0, e, found.c1)
+        store(scratch, 0, 3, e, found.c2)
+        store(scratch, 0, 6, e, found.c3)
+        scratch[JACOBIAN * _W + e] = found.jacobian
         scratch[EXCESS * _W + e] = von_mises(stress) - state[YIELD * _W + e]
         if keeps_rotation:
             store(scratch, 0, ROTATION, e, r[0])
@@ -165,19 +203,27 @@ def add(a, k, e, u):
     a[(k + 2) * _W + e] += u[2]
 
 
+@inlined
+def add_force_of_point(t, u, c1, c2, c3, jacobian, point, mean, forces, e):
+    """The deviator of a point, of the stress of normal components t and shears u, acts on its area vectors: added to
+    lane e of the twelve force vectors; its pressure to the mean."""
+    r1, r2, r3 = rows_at(point)
+    pressure = (t[0] + t[1] + t[2]) / 3.0
+    mean[PRESSURE * _W + e] += pressure * jacobian
+    d0, d1, d2 = t[0] - pressure, t[1] - pressure, t[2] - pressure
+    rows = ((d0, u[2], u[1]), (u[2], d1, u[0]), (u[1], u[0], d2))
+    add(forces, r1, e, times(rows, c1))
+    add(forces, r2, e, times(rows, c2))
+    add(forces, r3, e, times(rows, c3))
+
+
 @part
 def add_point_force(state, scratch, point, mean, forces):
-    """The deviator of a point acts on its area vectors: added to the twelve force vectors; its pressure to the mean."""
-    r1, r2, r3 = rows_at(point)
+    """`add_force_of_point` of a block."""
     for e in range(_W):
         t, u = load(state, 0, 0, e), load(state, 0, 3, e)
-        pressure = (t[0] + t[1] + t[2]) / 3.0
-        mean[PRESSURE * _W + e] += pressure * scratch[JACOBIAN * _W + e]
-        d0, d1, d2 = t[0] - pressure, t[1] - pressure, t[2] - pressure
-        rows = ((d0, u[2], u[1]), (u[2], d1, u[0]), (u[1], u[0], d2))
-        add(forces, r1, e, times(rows, load(scratch, 0, 0, e)))
-        add(forces, r2, e, times(rows, load(scratch, 0, 3, e)))
-        add(forces, r3, e, times(rows, load(scratch, 0, 6, e)))
+        c1, c2, c3 = load(scratch, 0, 0, e), load(scratch, 0, 3, e), load(scratch, 0, 6, e)
+        add_force_of_point(t, u, c1, c2, c3, scratch[JACOBIAN * _W + e], point, mean, forces, e)
 
 
 @inlined
@@ -188,23 +234,29 @@ def signed_sums(forces, row, i, e):
     return a + b + c + d, _G * (b + d - a - c), _G * (c + d - a - b), _G * _G * (a + d - b - c)
 
 
+@inlined
+def force_at_nodes(forces, mean, f, e):
+    """Twelve force vectors and the mean pressure of lane e -> nodal internal forces f (24*W,)."""
+    p = mean[PRESSURE * _W + e] / mean[VOLUME * _W + e]
+    for i in range(3):
+        s1, p1, q1, w1 = signed_sums(forces, 0, i, e)
+        s2, p2, q2, w2 = signed_sums(forces, 12, i, e)
+        s3, p3, q3, w3 = signed_sums(forces, 24, i, e)
+        fx = 0.125 * s1 + p * mean[i * _W + e]
+        fy = 0.125 * s2 + p * mean[(3 + i) * _W + e]
+        fz = 0.125 * s3 + p * mean[(6 + i) * _W + e]
+        h1 = 0.125 * (p2 + q3) + p * mean[(9 + i) * _W + e]
+        h2 = 0.125 * (q1 + p3) + p * mean[(12 + i) * _W + e]
+        h3 = 0.125 * (p1 + q2) + p * mean[(15 + i) * _W + e]
+        h4 = 0.125 * (w1 + w2 + w3)
+        store_nodal(f, i, e, (fx, fy, fz), (h1, h2, h3, h4))
+
+
 @part
 def nodal_force(forces, mean, f):
-    """Twelve force vectors and the mean pressure of a block -> nodal internal forces f (24*W,)."""
+    """`force_at_nodes` of a block."""
     for e in range(_W):
-        p = mean[PRESSURE * _W + e] / mean[VOLUME * _W + e]
-        for i in range(3):
-            s1, p1, q1, w1 = signed_sums(forces, 0, i, e)
-            s2, p2, q2, w2 = signed_sums(forces, 12, i, e)
-            s3, p3, q3, w3 = signed_sums(forces, 24, i, e)
-            fx = 0.125 * s1 + p * mean[i * _W + e]
-            fy = 0.125 * s2 + p * mean[(3 + i) * _W + e]
-            fz = 0.125 * s3 + p * mean[(6 + i) * _W + e]
-            h1 = 0.125 * (p2 + q3) + p * mean[(9 + i) * _W + e]
-            h2 = 0.125 * (q1 + p3) + p * mean[(12 + i) * _W + e]
-            h3 = 0.125 * (p1 + q2) + p * mean[(15 + i) * _W + e]
-            h4 = 0.125 * (w1 + w2 + w3)
-            store_nodal(f, i, e, (fx, fy, fz), (h1, h2, h3, h4))
+        force_at_nodes(forces, mean, f, e)
 
 
 @compiled

@@ -20,7 +20,7 @@ import numpy as np
 
 from bem.steel.cyclic_law import CyclicLaw, plastic_return, yield_stress_at
 from rail_fem.fe.finite_strain import rotate_stress
-from rail_fem.fe.lanes import inlined, load, part, store, uncounted
+from rail_fem.fe.lanes import inlined, load, part, store, thread, uncounted
 from rail_fem.fe.state import (
     CYCLIC,
     HARDENING,
@@ -170,6 +170,23 @@ def scale_deviator(state, return_factor, rows):
         ease(state, e, return_factor[e], rows)
 
 
+@inlined
+def flow_by_curve(state, back, e, excess, curve, moves):
+    """The return of lane e, `excess` [Pa] beyond its yield stress -> PlasticFlow: all but what `ease` does with its
+    share. Arguments as those of `return_by_curve`."""
+    shear, strain, stress = curve
+    p, size = state[PLASTIC_STRAIN * _W + e], state[YIELD * _W + e]
+    if moves:
+        relative, centre = (load(state, 0, 0, e) + load(state, 0, 3, e), load(back, 0, 0, e) + load(back, 0, 3, e))
+        flow, after = kinematic(excess, p, size, relative, centre, shear, strain, stress)
+        store(back, 0, 0, e, after[:3])
+        store(back, 0, 3, e, after[3:])
+    else:
+        flow = isotropic(excess, p, size, shear, strain, stress)
+    state[PLASTIC_STRAIN * _W + e], state[YIELD * _W + e] = flow.strain, flow.yield_stress
+    return flow
+
+
 @uncounted
 def return_by_curve(state, back, scratch, count, curve, moves, return_factor, rows):
     """Bring the first `count` lanes of a block back to the yield surface; scratch[EXCESS] becomes the plastic work
@@ -179,68 +196,62 @@ def return_by_curve(state, back, scratch, count, curve, moves, return_factor, ro
     curve : shear modulus, strains and stresses of the hardening curve
     return_factor : (LANES,) buffer;  rows : of the state, see `scale_deviator`
     """
-    shear, strain, stress = curve
     flows = False
     for e in range(_W):
         excess = scratch[EXCESS * _W + e]
         return_factor[e], scratch[EXCESS * _W + e] = 0.0, 0.0
         if excess > 0.0 and e < count:
-            p, size = state[PLASTIC_STRAIN * _W + e], state[YIELD * _W + e]
-            if moves:
-                relative, centre = (
-                    load(state, 0, 0, e) + load(state, 0, 3, e),
-                    load(back, 0, 0, e) + load(back, 0, 3, e),
-                )
-                flow, after = kinematic(excess, p, size, relative, centre, shear, strain, stress)
-                store(back, 0, 0, e, after[:3])
-                store(back, 0, 3, e, after[3:])
-            else:
-                flow = isotropic(excess, p, size, shear, strain, stress)
+            flow = flow_by_curve(state, back, e, excess, curve, moves)
             return_factor[e], scratch[EXCESS * _W + e] = flow.share, flow.work
-            state[PLASTIC_STRAIN * _W + e], state[YIELD * _W + e] = flow.strain, flow.yield_stress
             flows = True
     if flows:
         scale_deviator(state, return_factor, rows)
     return flows
 
 
-@uncounted
-def return_cyclic(state, back, scratch, count, law, point, rows):
-    """The same of a law over cycles, by the function that the law's own point calls, lane by lane where a lane flows.
+@inlined
+def flow_by_cycles(state, back, e, excess, law, point, rows):
+    """The return of lane e, `excess` [Pa] beyond its yield stress, by the function that the law's own point calls:
+    plastic strain and plastic work density [J/m3] of the step.
 
     state : trial stress less all back stresses;  back : (k*6*W,), both changed in place
     """
+    size, p = excess + state[YIELD * _W + e], state[PLASTIC_STRAIN * _W + e]
+    mean = (state[e] + state[_W + e] + state[2 * _W + e]) / 3.0
+    for j in range(6):
+        point.trial[j] = state[j * _W + e] - (mean if j < 3 else 0.0)
+        for i in range(law.modulus.size):
+            point.back[i, j] = back[(6 * i + j) * _W + e]
+            point.trial[j] += point.back[i, j]
+    dp = plastic_return(law, point.trial, point.back, p, point.direction, point.factor)
+    if not dp > 0.0:
+        return 0.0, 0.0
+    power = 0.0
+    for j in range(6):
+        power += (1.0 if j < 3 else 2.0) * point.trial[j] * point.direction[j]
+        relative = point.trial[j] + (mean if j < 3 else 0.0)
+        for i in range(law.modulus.size):
+            relative -= point.back[i, j]
+            back[(6 * i + j) * _W + e] = point.back[i, j]
+        state[j * _W + e] = relative
+    flowed = 3.0 * law.shear * dp / size  # of the deviator: as much of the hourglass forces
+    for j in range(HOURGLASS, rows):
+        state[j * _W + e] -= flowed * state[j * _W + e]
+    state[PLASTIC_STRAIN * _W + e] = p + dp
+    state[YIELD * _W + e] = yield_stress_at(law, p + dp)
+    return dp, 1.5 * dp * power
+
+
+@uncounted
+def return_cyclic(state, back, scratch, count, law, point, rows):
+    """`return_by_curve` of a law over cycles, lane by lane where a lane flows. Other arguments: `flow_by_cycles`."""
     flows = False
     for e in range(_W):
-        excess = scratch[EXCESS * _W + e]
-        scratch[EXCESS * _W + e] = 0.0
-        if not (excess > 0.0 and e < count):
-            continue
-        size, p = excess + state[YIELD * _W + e], state[PLASTIC_STRAIN * _W + e]
-        mean = (state[e] + state[_W + e] + state[2 * _W + e]) / 3.0
-        for j in range(6):
-            point.trial[j] = state[j * _W + e] - (mean if j < 3 else 0.0)
-            for i in range(law.modulus.size):
-                point.back[i, j] = back[(6 * i + j) * _W + e]
-                point.trial[j] += point.back[i, j]
-        dp = plastic_return(law, point.trial, point.back, p, point.direction, point.factor)
-        if not dp > 0.0:
-            continue
-        power = 0.0
-        for j in range(6):
-            power += (1.0 if j < 3 else 2.0) * point.trial[j] * point.direction[j]
-            relative = point.trial[j] + (mean if j < 3 else 0.0)
-            for i in range(law.modulus.size):
-                relative -= point.back[i, j]
-                back[(6 * i + j) * _W + e] = point.back[i, j]
-            state[j * _W + e] = relative
-        flowed = 3.0 * law.shear * dp / size  # of the deviator: as much of the hourglass forces
-        for j in range(HOURGLASS, rows):
-            state[j * _W + e] -= flowed * state[j * _W + e]
-        state[PLASTIC_STRAIN * _W + e] = p + dp
-        state[YIELD * _W + e] = yield_stress_at(law, p + dp)
-        scratch[EXCESS * _W + e] = 1.5 * dp * power
-        flows = True
+        excess, work = scratch[EXCESS * _W + e], 0.0
+        if excess > 0.0 and e < count:
+            dp, work = flow_by_cycles(state, back, e, excess, law, point, rows)
+            flows = flows or dp > 0.0
+        scratch[EXCESS * _W + e] = work
     return flows
 
 
@@ -283,6 +294,18 @@ def flow_back(law, state, back, scratch, count, point, rows):
     return return_by_curve(state, back, scratch, count, law.curve, law.kind == KINEMATIC, point.return_factor, rows)
 
 
+@thread
+def flow_alone(law, state, back, e, excess, point, rows):
+    """The same of lane e by itself, as a thread of a card has it; its plastic work density [J/m3]. point : None where
+    no steel has a law over cycles"""
+    if point is not None:
+        if law.kind == CYCLIC:
+            return flow_by_cycles(state, back, e, excess, law.cyclic, point, rows)[1]
+    flow = flow_by_curve(state, back, e, excess, law.curve, law.kind == KINEMATIC)
+    ease(state, e, flow.share, rows)
+    return flow.work
+
+
 @part
 def point_buffers(steels):
     """Room for the return of any of these steels."""
@@ -308,12 +331,18 @@ def add_centre(state, back, sign):
             state[j] += sign * back[first + j]
 
 
+@inlined
+def turn_alone(back, first, e, r):
+    """Turn the back stress of lane e that starts at `first` by the rotation r."""
+    turned = rotate_stress(r, load(back, first, 0, e) + load(back, first, 3, e))
+    store(back, first, 0, e, turned[:3])
+    store(back, first, 3, e, turned[3:])
+
+
 @uncounted
 def turn(back, rotation, row):
     """Turn the back stresses (k*6*W,) of a block by the rotation in the rows from `row`."""
     for first in range(0, back.size, 6 * _W):
         for e in range(_W):
             r = load(rotation, 0, row, e), load(rotation, 0, row + 3, e), load(rotation, 0, row + 6, e)
-            turned = rotate_stress(r, load(back, first, 0, e) + load(back, first, 3, e))
-            store(back, first, 0, e, turned[:3])
-            store(back, first, 3, e, turned[3:])
+            turn_alone(back, first, e, r)

@@ -156,18 +156,18 @@ def _cost(scene: Scene, settings, ranks: int) -> list[str]:
             duration(estimate.wall_time),
             f"{duration(estimate.preparation)} of it for meshes and the start; kernels are compiled once besides",
         ),
-        *_on_card(estimate.cells, settings),
+        *_on_card(estimate.cells, scene, settings),
     ]
 
 
-def _on_card(cells: float, settings: FeSettings) -> list[str]:
+def _on_card(cells: float, scene: Scene, settings: FeSettings) -> list[str]:
     """What the steps need on a card, where one makes them. The time above is that of cores."""
     if settings.device != "cuda":
         return []
     from rail_fem.fe.card.fits import room_on_card
 
     text = "with the driver's own; the wall time is a core's, that of a card was never measured"
-    return [row("on the card", f"{room_on_card(cells) / 1e9:.2g} GB", text)]
+    return [row("on the card", f"{room_on_card(cells, scene, settings) / 1e9:.2g} GB", text)]
 
 
 def _memory(need: float, text: str) -> str:

@@ -166,7 +166,7 @@ def on_card(jobs: list[Job], ranks: int) -> tuple[float, float]:
 
     if missing():  # the runs say it
         return 0.0, 0.0
-    return max(room_on_card(estimate_run(*ask, ranks).cells) for ask in asks), float(card_facts().free)
+    return max(room_on_card(estimate_run(*ask, ranks).cells, *ask) for ask in asks), float(card_facts().free)
 
 
 def run_job(job: Job, ranks: int, tries: int = 1) -> Outcome:

@@ -1,7 +1,7 @@
 """A small cap rolls over a small plastic block, with friction, free spin, springs and, by choice, a travelling window,
 by the processor's kernels or on a simulated card.
 
-    NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1 python -m tests.fe.card_job OUT.npz STEPS WINDOW EVERY ANEW
+    NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1 python -m tests.fe.card_job OUT.npz STEPS WINDOW ELEMENT STEEL EVERY ANEW
 
 A process of its own simulates the card: numba decides when it is first imported. Nothing is compiled there.
 """
@@ -9,6 +9,7 @@ A process of its own simulates the card: numba decides when it is first imported
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,9 @@ from mpi4py import MPI
 
 from geometry.meshing.blocks import mesh_cap, mesh_grid
 from geometry.meshing.hexmesh import merge_bodies
+from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.scene.steel import MN13, cyclic_steel
 from tests.fe import rolling_job
 
 MM = 1e-3
@@ -26,6 +29,16 @@ AHEAD, BEHIND = 3.8 * MM, 2.18 * MM
 EVERY = 7  # steps to a look
 FASTER = 30.0  # than the cap of rolling_job comes down: the block yields at once
 LONGEST = 300  # of the job [s]
+PLAIN = "one-point", "Mn13"
+SOFT = MN13.scaled(0.1)  # so that few steps see it flow
+BACK_STRESSES = {"modulus": [100e9, 20e9], "recovery": [2000.0, 300.0], "mixing": [1.0, 0.2]}
+CYCLIC = BACK_STRESSES | {"yield_stress": 30e6, "hardening": 60e6, "hardening_rate": 50.0}
+STEELS = {
+    "Mn13": MN13,
+    "isotropic": SOFT,
+    "kinematic": replace(SOFT, hardening="kinematic"),
+    "cyclic": cyclic_steel(MN13.youngs_modulus, MN13.poisson, MN13.density, **CYCLIC),
+}
 OF_CONTACT = ("force", "normal_force", "slip", "pressure_at", "tributary_area", "sums", "work", "friction_work")
 OF_WHEEL = ("offset", "spin", "towed", "rotation")
 
@@ -40,10 +53,12 @@ def bodies(start: float):
     return merge_bodies([block, cap])
 
 
-def scene(window: int) -> Dynamics:
-    """At its start. window : 1 for one that a slab of the block leaves in step 9, 0 for all of the block"""
+def scene(window: int, element: str = PLAIN[0], steel: str = PLAIN[1]) -> Dynamics:
+    """At its start. window : 1 for one that a slab of the block leaves in step 9, 0 for all of the block;  element,
+    steel : of the block, see STEELS"""
     rolling_job.LENGTH, rolling_job.START, rolling_job.bodies = LENGTH, START, bodies
-    made = rolling_job.rolling(MPI.COMM_SELF, *(AHEAD, BEHIND) if window else (None, None))
+    of_block = {"steel": STEELS[steel], "settings": ElementSettings(element)}
+    made = rolling_job.rolling(MPI.COMM_SELF, *(AHEAD, BEHIND) if window else (None, None), **of_block)
     dynamics = made.dynamics
     dynamics.structure.v *= FASTER
     made.plate.velocity *= FASTER
@@ -61,7 +76,8 @@ def found(dynamics: Dynamics, total: np.ndarray, moment: np.ndarray) -> dict[str
     """All that steps have changed. total, moment : what is recorded of them"""
     s, c, supports = dynamics.structure, dynamics.contact, dynamics.supports
     out = {name: getattr(s, name) for name in ("x", "v", "force", "block_work", "works", "smallest_volume")}
-    out |= {"state": s.finite.read(0, s.finite.rows), "total": total, "moment": moment}
+    out |= {"state": s.finite.read(0, s.finite.rows), "back": s.finite.back, "total": total, "moment": moment}
+    out["plastic strain"] = s.finite.plastic_strain()
     out |= {f"contact {name}": getattr(c, name) for name in OF_CONTACT}
     out |= {f"wheel {name}": getattr(c.wheel, name) for name in OF_WHEEL}
     out |= {name: getattr(c.search, name) for name in ("position", "steps_left")}
@@ -71,10 +87,10 @@ def found(dynamics: Dynamics, total: np.ndarray, moment: np.ndarray) -> dict[str
     return {name: np.array(value, float) for name, value in out.items()} | {"active": np.array(s.active)}
 
 
-def by_processor(steps: int, window: int) -> dict[str, np.ndarray]:
+def by_processor(steps: int, window: int, kind: tuple[str, str] = PLAIN) -> dict[str, np.ndarray]:
     from rail_fem.fe.node_kernels import add_step
 
-    dynamics, total, moment = scene(window), np.zeros(5), np.zeros(4)
+    dynamics, total, moment = scene(window, *kind), np.zeros(5), np.zeros(4)
     c, region = dynamics.contact, regions(dynamics)
     s = c.surfaces
     for _ in range(steps):
@@ -83,11 +99,14 @@ def by_processor(steps: int, window: int) -> dict[str, np.ndarray]:
     return found(dynamics, total, moment)
 
 
-def by_card(folder: Path, steps: int, window: int, every: int = EVERY, anew: bool = False) -> dict[str, np.ndarray]:
+def by_card(
+    folder: Path, steps: int, window: int, kind: tuple[str, str] = PLAIN, every: int = EVERY, anew: bool = False
+) -> dict[str, np.ndarray]:
     """By a process that simulates the card, which takes all anew after each look, or goes on. Errors: RuntimeError with
     its last words."""
-    path = folder / f"card_{steps}_{window}_{every}_{anew}.npz"
-    command = [sys.executable, "-m", "tests.fe.card_job", *map(str, (path, steps, window, every, int(anew)))]
+    words = steps, window, *kind, every, int(anew)
+    path = folder / f"card_{'_'.join(map(str, words))}.npz"
+    command = [sys.executable, "-m", "tests.fe.card_job", *map(str, (path, *words))]
     switches = {"NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1"}
     answer = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, env=os.environ | switches)
     if answer.returncode != 0:
@@ -96,12 +115,12 @@ def by_card(folder: Path, steps: int, window: int, every: int = EVERY, anew: boo
         return dict(file)
 
 
-def main(out: str, steps: int, window: int, every: int, anew: int) -> None:
+def main(out: str, steps: int, window: int, element: str, steel: str, every: int, anew: int) -> None:
     from types import SimpleNamespace
 
     from rail_fem.fe.card.on_card import OnCard
 
-    dynamics = scene(window)
+    dynamics = scene(window, element, steel)
     recorder = SimpleNamespace(total=np.zeros(5), moment=np.zeros(4), steps=0)
     card = OnCard(dynamics, regions(dynamics))
     for first in range(0, steps, every):
@@ -112,4 +131,4 @@ def main(out: str, steps: int, window: int, every: int, anew: int) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], *map(int, sys.argv[2:6]))
+    main(sys.argv[1], *map(int, sys.argv[2:4]), *sys.argv[4:6], *map(int, sys.argv[6:8]))

@@ -31,7 +31,9 @@ def main(capability: str, folder: str, *names: str) -> None:
     card = OnCard(dynamics, regions(dynamics))
     card.push(STEP)
     of_step = typeof(card.there)
-    for kernel, count in kernels.MOVE + kernels.FORCE + kernels.COLLECT:
+    kinds = [kernels.of_elements(*kind) for kind in ((True, None), (False, 2), (True, 2))]
+    others = tuple((kernel, len) for kernel in kinds)
+    for kernel, count in kernels.MOVE + card.force + others + kernels.COLLECT:
         name = kernel.py_func.__name__
         if names and name not in names:
             continue
@@ -43,7 +45,8 @@ def main(capability: str, folder: str, *names: str) -> None:
         told = subprocess.run(command, capture_output=True, text=True, check=True).stderr
         registers = max(map(int, re.findall(r"Used (\d+) registers", told)))
         spilled = sum(map(int, re.findall(r"(\d+) bytes spill (?:stores|loads)", told)))
-        print(f"{name}: {registers} registers, {spilled} B spilled", flush=True)
+        stack = max(map(int, re.findall(r"(\d+) bytes stack frame", told)))
+        print(f"{name}: {registers} registers, {spilled} B spilled, {stack} B of stack", flush=True)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from mpi4py import MPI
 
 from geometry.meshing.blocks import mesh_cap, mesh_grid
 from geometry.meshing.hexmesh import merge_bodies
+from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.search import ContactSettings
 from rail_fem.fe.contact.surface import ContactSurfaces, Surface
@@ -22,7 +23,7 @@ from rail_fem.fe.slabs import cut_into_slabs, slab_parts
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.fe.window import Extent, TravellingWindow
-from rail_fem.scene.steel import MN13, R8T
+from rail_fem.scene.steel import MN13, R8T, Steel
 from tests.fe.gathered import gather_cells, gather_nodes
 
 MM = 1e-3
@@ -41,9 +42,16 @@ def bodies(start: float):
     return merge_bodies([block, cap])
 
 
-def rolling(comm, ahead: float | None = None, behind: float | None = None, sign: float = 1.0):
+def rolling(
+    comm,
+    ahead: float | None = None,
+    behind: float | None = None,
+    sign: float = 1.0,
+    steel: Steel = MN13,
+    settings: ElementSettings = ElementSettings(),
+):
     """The scene at its start. ahead, behind : of the travelling window [m], None for the whole block;  sign : +1
-    towards +x, -1 its mirror image"""
+    towards +x, -1 its mirror image;  steel : of the block"""
     start = START if sign > 0 else LENGTH - START
     mesh, shortest, load = bodies(start), 3 * MM, 4e3
     slabs = None if ahead is None else cut_into_slabs(mesh.points, mesh.cells, mesh.region, (0,), shortest)
@@ -52,7 +60,7 @@ def rolling(comm, ahead: float | None = None, behind: float | None = None, sign:
     given = (mesh.points, mesh.cells, mesh.region, cost, part if slabs else None) if comm.rank == 0 else ()
     domain = Domain(comm, *given)
     slab = slabs and slabs.of_cells(domain.cell_centres()[:, 0], domain.region)
-    structure = Structure(domain, [MN13, R8T], small=(1,), slab=slab if slabs else None)
+    structure = Structure(domain, [steel, R8T], (1,), settings, slab if slabs else None)
     is_cap = np.isin(mesh.clamp, mesh.cells[mesh.region == 1])
     vertical = (False, False, True)
     base = RigidGroup("base", mesh.clamp[~is_cap], free=vertical)
@@ -60,9 +68,9 @@ def rolling(comm, ahead: float | None = None, behind: float | None = None, sign:
     plate.velocity = np.array([0.0, 0.0, -0.6])
     structure.v.reshape(-1, 3)[np.unique(domain.cells[domain.region == 1])] = plate.velocity
     block, cap = (Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1))
-    settings = ContactSettings(MN13.density * MN13.wave_speed**2 / SIZE, friction=0.3, refresh=20)
+    law = ContactSettings(MN13.density * MN13.wave_speed**2 / SIZE, friction=0.3, refresh=20)
     wheel = RollingWheel(sign * SPEED, sign * SPEED / RADIUS, axle=(start, 0.0, RADIUS), inertia=1e-3)
-    contact = Contact(ContactSurfaces(structure, block, cap), settings, wheel)
+    contact = Contact(ContactSurfaces(structure, block, cap), law, wheel)
     window = None
     if slabs is not None:
         extent = Extent(start, sign, ahead, behind)

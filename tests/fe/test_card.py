@@ -13,10 +13,10 @@ import pytest
 
 from rail_fem.fe.run import CHECK_EVERY, Run
 from rail_fem.result.result import load
-from tests.fe.card_job import by_card, by_processor
+from tests.fe.card_job import PLAIN, by_card, by_processor
 from tests.fe.card_pass import run as run_pass
 
-STEPS = 20
+STEPS, FEW = 20, 6  # of one point an element with a hardening curve, of the other kinds
 # 20 steps of sums of some ten terms, each to 2e-16, in which what is left is down to a hundredth of the terms
 ROUND_OFF = 1e-12
 # of forces, differences of stresses that are a thousand times their sum, and of works
@@ -41,12 +41,30 @@ def apart(one: dict, other: dict) -> dict[str, float]:
 def test_the_card_makes_the_steps_of_the_processor(window, folder):
     """Positions, stresses, contact forces, works, groups and springs, what is recorded, to round-off; a block that
     flows under a rolling cap with friction and free spin."""
-    expected, found = by_processor(STEPS, window), by_card(folder, STEPS, window)
-    assert expected["state"][:, 6].max() > 0 and expected["contact normal_force"].max() > 0  # it flows and carries
+    assert_same_steps(folder, STEPS, window, PLAIN)
+
+
+@pytest.mark.parametrize("law", ["kinematic", "cyclic"])
+def test_the_card_has_every_return_law(law, folder):
+    """Back stresses that turn with the steel, of one point an element."""
+    expected = assert_same_steps(folder, FEW, 0, ("one-point", law))
+    assert np.abs(expected["back"]).max() > 0
+
+
+@pytest.mark.parametrize("law", ["isotropic", "cyclic"])
+def test_the_card_has_the_element_of_eight_points(law, folder):
+    expected = assert_same_steps(folder, FEW, 0, ("full", law))
+    assert (np.abs(expected["back"]).max(initial=0.0) > 0) == (law == "cyclic")
+
+
+def assert_same_steps(folder, steps, window, kind):
+    expected, found = by_processor(steps, window, kind), by_card(folder, steps, window, kind)
+    assert expected["plastic strain"].max() > 0 and expected["contact normal_force"].max() > 0  # it flows and carries
     assert np.array_equal(found["active"], expected["active"])
     off = apart(found, expected)
-    limits = {name: ROUND_OFF if name in ("x", "v", "position", "state") else OF_SUMS for name in off}
+    limits = {name: ROUND_OFF if name in ("x", "v", "position", "state", "back") else OF_SUMS for name in off}
     assert {name: value for name, value in off.items() if not value <= limits[name]} == {}
+    return expected
 
 
 def test_the_card_makes_the_same_bits_however_it_is_looked_at(folder):

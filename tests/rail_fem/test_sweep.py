@@ -124,7 +124,8 @@ def test_no_more_runs_at_a_time_than_a_card_holds(tmp_path, monkeypatch):
     """Of workers that share a card, as many as there is room for on it, however much memory and cores there are."""
     case = load_case(ROOT / "cases" / "nose_transfer.toml", {"run.fe_full.device": "cuda"})
     jobs = jobs_of([case], tmp_path, ["fe_full"])
-    each = room_on_card(estimate_run(case.scene, case.runs["fe_full"]).cells)
+    asked = case.scene, case.runs["fe_full"]
+    each = room_on_card(estimate_run(*asked).cells, *asked)
     card = device.CardFacts("one", (9, 0), "13.0", 8, int(2.5 * each))
     monkeypatch.setattr("rail_fem.sweeps.sweep.available_memory", lambda: 1e12)
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: range(8))

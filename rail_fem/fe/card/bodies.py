@@ -12,15 +12,28 @@ import numpy as np
 
 from rail_fem.fe.card import arrays
 from rail_fem.fe.elastic import N_FIXED, elastic_hourglass, gradient_and_stress, shape_gradients
-from rail_fem.fe.finite_strain import rotate_stress, step_rotation, to_mid_step, von_mises
+from rail_fem.fe.finite_strain import step_rotation, to_mid_step, von_mises
 from rail_fem.fe.hexahedron import constants_of, modal_force, stress_rows, trial_of
+from rail_fem.fe.hexahedron_full import (
+    DIVERGENCE,
+    MEAN,
+    VECTORS,
+    VISCOUS,
+    VOLUME,
+    add_force_of_point,
+    begin_element,
+    force_at_nodes,
+    trial_of_point,
+    vectors_at,
+)
 from rail_fem.fe.lanes import inlined, load, store, thread
 from rail_fem.fe.node_kernels import kicked, pushed
-from rail_fem.fe.plasticity import ease, isotropic, kinematic
-from rail_fem.fe.state import HOURGLASS, KINEMATIC, LANES, LAW, N_STATE, N_WORK, PLASTIC_STRAIN, YIELD
-from rail_fem.fe.trilinear import by_mode, field_gradient, mean_gradient, scalar_modes, store_nodal
+from rail_fem.fe.plasticity import flow_alone, return_law, turn_alone
+from rail_fem.fe.state import HOURGLASS, LANES, N_STATE, N_WORK, POINT_STATE, POINTS, YIELD
+from rail_fem.fe.trilinear import by_mode, field_gradient, scalar_modes, store_nodal
 
 _W = LANES
+FULL_ROOM = VECTORS + MEAN  # rows that a block of full elements needs beside
 
 
 @inlined
@@ -54,67 +67,63 @@ def give_forces(f, e, rows, q1, q2, q3, q4, b, g1, g2, g3, g4, k):
 
 
 @thread
-def turn_centre(x, v, dt, back, e):
-    """Turn the back stress (6*W,) of lane e with the step's rotation."""
-    b, volume = mean_gradient(x)
-    r = step_rotation(to_mid_step(field_gradient(v, b, volume), dt), dt)
-    turned = rotate_stress(r, load(back, 0, 0, e) + load(back, 0, 3, e))
-    store(back, 0, 0, e, turned[:3])
-    store(back, 0, 3, e, turned[3:])
-
-
-@thread
 def shift(state, back, e, sign):
-    """`sign` times the back stress (6*W,) added to the stress of lane e."""
-    for k in range(6):
-        state[k * _W + e] += sign * back[k * _W + e]
+    """`sign` times the back stresses (k*6*W,) of lane e added to its stress."""
+    for first in range(0, back.size, 6 * _W):
+        for k in range(6):
+            state[k * _W + e] += sign * back[first + k * _W + e]
 
 
 @thread
-def advance_element(block, e, a):
-    """One step of lane e of a finite-strain block with a hardening curve: stress and nodal forces."""
-    dt, nodes, own, steels = a.dt, a.nodes, a.elements, a.steels
-    row, count = own.material_of[block], own.filled[block]
-    material, state = steels.rows[row], own.state[block * N_STATE * _W : (block + 1) * N_STATE * _W]
-    x, v = modes_at(nodes.x, own.nodes, block, e), modes_at(nodes.v, own.nodes, block, e)
-    stride = own.back.size // own.filled.size
-    back = own.back[block * stride : (block + 1) * stride]
-    moves = material[LAW] == KINEMATIC
-    moved = moves and state[PLASTIC_STRAIN * _W + e] > 0.0
-    if moved:
-        shift(state, back, e, -1.0)
-        turn_centre(x, v, dt, back, e)
-    q1, q2 = load(state, 0, HOURGLASS, e), load(state, 0, HOURGLASS + 3, e)
-    q3, q4 = load(state, 0, HOURGLASS + 6, e), load(state, 0, HOURGLASS + 9, e)
-    old = load(state, 0, 0, e) + load(state, 0, 3, e)
-    found = trial_of(x, v, dt, constants_of(material), old, q1, q2, q3, q4)
-    stress = found.stress
+def take_trial(stress, rotation, law, state, back, e, real, point, rows):
+    """Trial stress of a point less its back stresses, which turn with it -> state, brought back where a `real` lane
+    flows; plastic work density [J/m3]. point, rows : as in plasticity.flow_back"""
     store(state, 0, 0, e, stress[:3])
     store(state, 0, 3, e, stress[3:])
+    for first in range(0, back.size, 6 * _W):
+        turn_alone(back, first, e, rotation)
+    excess, work = von_mises(stress) - state[YIELD * _W + e], 0.0
+    if excess > 0.0 and real:
+        work = flow_alone(law, state, back, e, excess, point, rows)
+    shift(state, back, e, 1.0)
+    return work
+
+
+@thread
+def state_of(own, law, block, q, points, rows):
+    """State (rows*W,) and back stresses (k*6*W,) of point q of a block."""
+    at, stride, held = block * points + q, own.back.size // own.filled.size, 6 * _W * law.cyclic.modulus.size
+    first = block * stride + q * held
+    return own.state[at * rows * _W : (at + 1) * rows * _W], own.back[first : first + held]
+
+
+@thread
+def add_works(own, block, e, plastic, hourglass, viscous):
+    at = block * N_WORK * _W + e
+    own.work[at] += plastic
+    own.work[at + _W] += hourglass
+    own.work[at + 2 * _W] += viscous
+
+
+@thread
+def advance_element(block, e, room, point, a):
+    """One step of lane e of a block of one-point elements: stress and nodal forces. room : none;  point : PointBuffers,
+    None where no steel has a law over cycles"""
+    own, law = a.elements, return_law(a.steels, a.elements.material_of[block])
+    x, v = modes_at(a.nodes.x, own.nodes, block, e), modes_at(a.nodes.v, own.nodes, block, e)
+    state, back = state_of(own, law, block, 0, 1, N_STATE)
+    q1, q2 = load(state, 0, HOURGLASS, e), load(state, 0, HOURGLASS + 3, e)
+    q3, q4 = load(state, 0, HOURGLASS + 6, e), load(state, 0, HOURGLASS + 9, e)
+    shift(state, back, e, -1.0)
+    old = load(state, 0, 0, e) + load(state, 0, 3, e)
+    found = trial_of(x, v, a.dt, constants_of(a.steels.rows[own.material_of[block]]), old, q1, q2, q3, q4)
     store(state, 0, HOURGLASS, e, found.q1)
     store(state, 0, HOURGLASS + 3, e, found.q2)
     store(state, 0, HOURGLASS + 6, e, found.q3)
     store(state, 0, HOURGLASS + 9, e, found.q4)
-    at, size, p = block * N_WORK * _W + e, state[YIELD * _W + e], state[PLASTIC_STRAIN * _W + e]
-    excess = von_mises(stress) - size
-    if excess > 0.0 and e < count:
-        c0, c1 = steels.curve_start[row], steels.curve_start[row + 1]
-        strain, curve, shear = steels.curve_strain[c0:c1], steels.curve_stress[c0:c1], material[1]
-        if moves:
-            centre = load(back, 0, 0, e) + load(back, 0, 3, e)
-            flow, after = kinematic(excess, p, size, stress, centre, shear, strain, curve)
-            store(back, 0, 0, e, after[:3])
-            store(back, 0, 3, e, after[3:])
-            moved = True
-        else:
-            flow = isotropic(excess, p, size, shear, strain, curve)
-        state[PLASTIC_STRAIN * _W + e], state[YIELD * _W + e] = flow.strain, flow.yield_stress
-        own.work[at] += flow.work * found.volume
-        ease(state, e, flow.share, N_STATE)
-    if moved:
-        shift(state, back, e, 1.0)
-    own.work[at + _W] += found.hourglass_work
-    own.work[at + 2 * _W] += found.viscous_work
+    r = step_rotation(to_mid_step(field_gradient(v, found.gradient, found.volume), a.dt), a.dt)
+    plastic = take_trial(found.stress, r, law, state, back, e, e < own.filled[block], point, N_STATE)
+    add_works(own, block, e, plastic * found.volume, found.hourglass_work, found.viscous_work)
     own.volume[block * _W + e] = found.volume
     rows = stress_rows(load(state, 0, 0, e), load(state, 0, 3, e), found.pressure)
     q1, q2 = load(state, 0, HOURGLASS, e), load(state, 0, HOURGLASS + 3, e)
@@ -124,9 +133,32 @@ def advance_element(block, e, a):
 
 
 @thread
-def advance_elements(first, every, a):
-    for j in range(first, a.elements.computed.size * _W, every):
-        advance_element(a.elements.computed[j // _W], j % _W, a)
+def advance_full_element(block, e, room, point, a):
+    """The same of elements of eight points. room : (FULL_ROOM*W,) buffer"""
+    own, law, dt = a.elements, return_law(a.steels, a.elements.material_of[block]), a.dt
+    constants, real = constants_of(a.steels.rows[own.material_of[block]]), e < own.filled[block]
+    x, v = modes_at(a.nodes.x, own.nodes, block, e), modes_at(a.nodes.v, own.nodes, block, e)
+    forces, mean = room[: VECTORS * _W], room[VECTORS * _W :]
+    begin_element(x, v, dt, constants, mean, e)
+    for k in range(VECTORS):
+        forces[k * _W + e] = 0.0
+    plastic, smallest = 0.0, mean[VOLUME * _W + e]
+    for q in range(POINTS):
+        state, back = state_of(own, law, block, q, POINTS, POINT_STATE)
+        shift(state, back, e, -1.0)
+        old = load(state, 0, 0, e) + load(state, 0, 3, e)
+        x1, x2, x3 = vectors_at(x, q)
+        v1, v2, v3 = vectors_at(v, q)
+        found = trial_of_point(x1, x2, x3, v1, v2, v3, mean[DIVERGENCE * _W + e], dt, constants, old)
+        volume = found.jacobian
+        plastic += volume * take_trial(found.stress, found.rotation, law, state, back, e, real, point, POINT_STATE)
+        t, u = load(state, 0, 0, e), load(state, 0, 3, e)
+        add_force_of_point(t, u, found.c1, found.c2, found.c3, volume, q, mean, forces, e)
+        if not volume > 0.0:
+            smallest = volume
+    add_works(own, block, e, plastic, 0.0, mean[VISCOUS * _W + e])
+    own.volume[block * _W + e] = smallest
+    force_at_nodes(forces, mean, a.forces[block * 24 * _W : (block + 1) * 24 * _W], e)
 
 
 @thread

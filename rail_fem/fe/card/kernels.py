@@ -8,16 +8,19 @@ be made (a search is due first, or enough were made) does nothing.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
-from numba import cuda
+from numba import cuda, float64
 
 from kernel_cache import njit
 from rail_fem.fe.card import arrays, bodies, touching
 from rail_fem.fe.card.device import SIMULATED
 from rail_fem.fe.contact.pressure import MOMENTUM, SWEEPS
+from rail_fem.fe.plasticity import PointBuffers
 from rail_fem.fe.state import LANES
 
+THREADS = 4 if SIMULATED else 64  # of a block
 # a block of 512 threads has 65,536 registers between them
 ONE_BLOCK = {} if SIMULATED else {"max_registers": 128}
 # where threads meet: no part of it is the processor's, not even of a simulated card
@@ -32,6 +35,33 @@ def of_all(work: Callable) -> Any:
             work(cuda.grid(1), cuda.gridsize(1), a)
 
     kernel.__name__ = work.__name__
+    return cuda.jit(kernel)
+
+
+@cache
+def of_elements(full: bool, back_stresses: int | None) -> Any:
+    """Kernel of finite-strain elements, of eight points or of one. back_stresses : the most of a law over cycles, None
+    where no steel has one"""
+    advance, rows = (bodies.advance_full_element, bodies.FULL_ROOM) if full else (bodies.advance_element, 0)
+    size, backs, cycles = max(rows * max(THREADS, LANES), 1), max(back_stresses or 0, 1), back_stresses is not None
+
+    @_joint
+    def advance_all(room, point, a):
+        for j in range(cuda.grid(1), a.elements.computed.size * LANES, cuda.gridsize(1)):
+            advance(a.elements.computed[j // LANES], j % LANES, room, point, a)
+
+    def kernel(a):
+        if a.counters[arrays.GOES] > 0:
+            first = cuda.threadIdx.x // LANES * LANES * rows
+            room = cuda.shared.array(size, float64)[first : first + LANES * rows]
+            if cycles:
+                trial, direction = cuda.local.array(6, float64), cuda.local.array(6, float64)
+                back, factor = cuda.local.array((backs, 6), float64), cuda.local.array(backs, float64)
+                advance_all(room, PointBuffers(trial, back, direction, factor, factor), a)
+            else:
+                advance_all(room, None, a)
+
+    kernel.__name__ = advance.__name__ + "_cyclic" * cycles
     return cuda.jit(kernel)
 
 
@@ -129,8 +159,7 @@ MOVE = (
     (of_all(bodies.push_nodes), lambda a: len(a.contact.watched)),
     (of_all(bodies.drift_nodes), lambda a: len(a.nodes.moved)),
 )
-FORCE = (
-    (of_all(bodies.advance_elements), lambda a: LANES * len(a.elements.computed)),
+FORCE = (  # after the finite-strain elements
     (of_all(bodies.force_small_elements), lambda a: LANES * len(a.small.material_of)),
     (of_all(bodies.gather_forces), lambda a: len(a.nodes.moved)),
 )

@@ -22,8 +22,7 @@ from rail_fem.fe.plasticity import MaterialTable
 from rail_fem.fe.recorder import Recorder
 from rail_fem.fe.state import CYCLIC, LANES, LAW, N_WORK
 
-THREADS = 4 if SIMULATED else 128  # of a block
-BLOCKS = 1 if SIMULATED else 8192  # at most
+BLOCKS = 1 if SIMULATED else 16384  # at most
 THREADS_OF_ONE = 4 if SIMULATED else 512  # of a kernel that is one block
 # what a step changes of each part, and somebody reads
 CHANGED: dict[type, tuple[str, ...]] = {
@@ -105,8 +104,6 @@ class OnCard:
         lacks = {
             f"{domain.comm.size} ranks: one drives it": domain.comm.size > 1,
             "a body without contact": dynamics.contact is None,
-            "elements of eight points": s.finite.points > 1,
-            "laws over cycles": bool((table.rows[:, LAW] == CYCLIC).any()),
             "damping by mass": dynamics.mass_damping > 0,
             "held directions": len(dynamics.held) > 0,
             "what holds a wheelset across the track": bool(dynamics.supports.guides),
@@ -127,6 +124,9 @@ class OnCard:
         self.finite = tuple(map(up, (s.finite.nodes, s.finite.filled, s.finite.material_of)))
         self.n_forces = 24 * LANES * sum(len(filled) for _, filled in blocks)
         self.launches: Launches | None = None
+        cycles = bool((table.rows[:, LAW] == CYCLIC).any())
+        elements = kernels.of_elements(s.finite.points > 1, table.back_stresses if cycles else None)
+        self.force = ((elements, lambda a: LANES * len(a.elements.computed)), *kernels.FORCE)
 
     # ---- to the card and back
 
@@ -281,7 +281,7 @@ class OnCard:
     def _make(self, dt: float, count: int, recorder: Recorder) -> int:
         """Up to so many steps, up to the next search; returns how many."""
         if self.launches is None:
-            self.launches = Launches(lambda stream: self._launch(kernels.MOVE + kernels.FORCE, stream))
+            self.launches = Launches(lambda stream: self._launch(kernels.MOVE + self.force, stream))
         self._count(count)
         for _ in range(min(count, self.dynamics.contact.search.steps_left)):
             self.launches.start()
@@ -300,7 +300,7 @@ class OnCard:
             d.follow()
             self.push(dt)
         self._count(0)
-        self._launch(kernels.FORCE)
+        self._launch(self.force)
         return made
 
     def _count(self, steps: int) -> None:
@@ -322,7 +322,7 @@ class OnCard:
 
     def _launch(self, parts: tuple, stream: Any = None) -> None:
         for kernel, count in parts:
-            blocks = 1 if count is None else min(BLOCKS, -(-count(self.here) // THREADS))
-            grid = blocks, THREADS_OF_ONE if count is None else THREADS
+            blocks = 1 if count is None else min(BLOCKS, -(-count(self.here) // kernels.THREADS))
+            grid = blocks, THREADS_OF_ONE if count is None else kernels.THREADS
             if blocks:
                 kernel[grid if stream is None else (*grid, stream)](self.there)
