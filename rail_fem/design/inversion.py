@@ -12,7 +12,7 @@ from rail_fem.design.correction import learned, proven_numbers, with_common
 from rail_fem.design.posterior import LEAST_TRIALS, SAMPLES, Fact, Known, form_of, interval, known_by_trials, sample
 from rail_fem.design.problem import DesignError, Problem
 from rail_fem.design.proof import ProofRun
-from rail_fem.design.search import SearchRecord, Trial, rounded, trials_by
+from rail_fem.design.search import SearchRecord, Trial
 from rail_fem.processes.pool import Pool, Workers
 
 FOLDS = 8  # of the trials that are spread over the bounds, each found again by the others
@@ -53,25 +53,25 @@ def invert(
     correct it. Errors: DesignError where too few trials can be run, or `out` holds another search."""
     record, design = SearchRecord(problem, Path(out)), problem.design
     with Pool(workers, __name__) as pool:
-        start = record.start(lambda points: trials_by(pool, problem, points))
-        trials, late = (earlier.trials, earlier.late) if earlier else (_made(record, pool, _spread(problem)), 0)
+        start = record.start(pool)
+        trials, late = (earlier.trials, earlier.late) if earlier else (record.made(pool, _spread(problem)), 0)
         for number in range(design.rounds):
             known = _known(problem, trials, late, proofs)
             samples = sample(known, len(design.vary), design.seed + number)
             drawn = samples[:: max(1, 4 * len(samples) // design.trials), :-1]
             if problem.records:
                 drawn[::2] = _about_best(problem, trials, known, len(drawn[::2]), design.seed + number)
-            more = _made(record, pool, scaled_back(problem, drawn))
+            more = record.made(pool, scaled_back(problem, drawn))
             trials, late = trials + more, late + len(_run(more))
             say(f"{len(trials)} trials, of them {late} where the facts make scenes likely")
         if problem.records:  # a trace is met by few: the likeliest sample becomes a trial, that the fit be seen
             known = _known(problem, trials, late, proofs)
             samples = sample(known, len(design.vary), design.seed, SAMPLES // 4)
             at = np.argmax(np.sum([one.log_likelihood(samples) for one in known], axis=0))
-            more = _made(record, pool, scaled_back(problem, samples[at : at + 1, :-1]))
+            more = record.made(pool, scaled_back(problem, samples[at : at + 1, :-1]))
             trials, late = trials + more, late + (len(_run(more)) if late else 0)
         if design.guess and not earlier:
-            trials = _made(record, pool, np.array([design.guessed])) + trials
+            trials = record.made(pool, np.array([design.guessed])) + trials
     return judged(problem, trials, late, start, proofs)
 
 
@@ -162,7 +162,7 @@ def covered(problem: Problem, out: Path, scenes: int, workers: Workers = Workers
     """
     record = SearchRecord(problem, Path(out))
     with Pool(workers, __name__) as pool:
-        trials = _run(_made(record, pool, _spread(problem)))
+        trials = _run(record.made(pool, _spread(problem)))
         numbers = np.arange(min(scenes, len(trials)))
         folds = [numbers[fold::FOLDS] for fold in range(min(FOLDS, len(numbers)))]
         return np.concatenate(list(pool.map(_found_again, *zip(*((problem, trials, fold) for fold in folds)))))
@@ -210,11 +210,3 @@ def _spread(problem: Problem) -> np.ndarray:
 def _run(trials: Sequence[Trial]) -> list[Trial]:
     return [trial for trial in trials if not trial.fault]
 
-
-def _made(record: SearchRecord, pool: Pool, values: np.ndarray) -> list[Trial]:
-    """The trials of these values (n, k), each kept as soon as it is made."""
-    points = [rounded(value) for value in values]
-    missing = [point for point in points if point not in record]
-    for point, (numbers, fault) in zip(missing, trials_by(pool, record.problem, missing)):
-        record.add(Trial(point, numbers, np.nan, fault))
-    return [record[point] for point in points]

@@ -7,7 +7,7 @@ behind them. A trial that cannot be run counts as FAILED and keeps its reason.
 import csv
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -71,8 +71,7 @@ def search(
     """
     record, design = SearchRecord(problem, Path(out)), problem.design
     with Pool(workers, __name__) as pool:
-        run = lambda points: trials_by(pool, problem, points)
-        judge = _Judge(problem, correct, record.start(run))
+        judge = _Judge(problem, correct, record.start(pool))
         seen = {tuple(trial.values): judge(trial) for trial in earlier}
         bounds = [variable.bounds for variable in design.vary]
         members = int(np.ceil(max(LEAST, PER_VARIABLE * len(bounds)) / len(bounds)))
@@ -91,7 +90,7 @@ def search(
             updating="deferred",
             polish=False,
             tol=1e-6,
-            workers=lambda _, points: _scores(record, judge, seen, run, points, say),
+            workers=lambda _, points: _scores(record, pool, judge, seen, points, say),
         )
     found = list(seen.values())
     if all(trial.fault for trial in found):
@@ -127,14 +126,11 @@ def _best(trials: Iterable[Trial], count: int) -> list[np.ndarray]:
 
 
 def _scores(
-    record: "SearchRecord", judge: _Judge, seen: dict[tuple, Trial], run: Callable, points: Iterable, say: Callable
+    record: "SearchRecord", pool: Pool, judge: _Judge, seen: dict[tuple, Trial], points: Iterable, say: Callable
 ) -> list[float]:
     points = [rounded(point) for point in points]
-    unseen = [p for k, p in enumerate(points) if tuple(p) not in seen and tuple(p) not in map(tuple, points[:k])]
-    missing = [point for point in unseen if point not in record]
-    for point, (numbers, fault) in zip(missing, run(missing)):
-        record.add(Trial(point, numbers, np.nan, fault))
-    seen.update({tuple(point): judge(record[point]) for point in unseen})
+    unseen = record.made(pool, [point for point in points if tuple(point) not in seen])
+    seen.update({tuple(trial.values): judge(trial) for trial in unseen})
     failed, best = sum(bool(trial.fault) for trial in seen.values()), min(trial.score for trial in seen.values())
     say(f"{len(seen)} trials, best {best:.4f} (start {judge.start.score:.4f}), {failed} failed")
     return [seen[tuple(point)].score for point in points]
@@ -145,12 +141,14 @@ def rounded(point: np.ndarray) -> np.ndarray:
     return np.array([float(f"{value:.{DIGITS}g}") for value in point])
 
 
-def trials_by(pool: Pool, problem: Problem, points: Sequence[np.ndarray | None]) -> list[tuple[np.ndarray, str]]:
-    """`numbers_of` each, by the workers; a trial whose process is ended again and again has none."""
+def trials_by(pool: Pool, problem: Problem, points: Sequence[np.ndarray | None]) -> Iterator[Trial]:
+    """Of each, by the workers, as it ends; a trial whose process is ended again and again has no numbers. NaN for the
+    values of the case as it is."""
     none = np.full(len(problem.columns), np.nan)
-    found = dict(pool.each(partial(numbers_of, problem), points))
-    given = [found[number] for number in range(len(points))]
-    return [(none, str(one)) if isinstance(one, Lost) else one for one in given]
+    for number, one in pool.each(partial(numbers_of, problem), points):
+        numbers, fault = (none, str(one)) if isinstance(one, Lost) else one
+        values = points[number]
+        yield Trial(np.full(len(problem.design.vary), np.nan) if values is None else values, numbers, np.nan, fault)
 
 
 def numbers_of(problem: Problem, values: np.ndarray | None) -> tuple[np.ndarray, str]:
@@ -193,37 +191,33 @@ class SearchRecord:
         ]
         return hashlib.sha256(json.dumps(about, default=str).encode()).hexdigest()[:16]
 
-    def start(self, run: Callable) -> Trial:
+    def start(self, pool: Pool) -> Trial:
         """The case as it is: kept, or run now."""
         if self._start is None:
-            ((numbers, fault),) = run([None])
-            if fault:
-                raise DesignError(f"the case as it is cannot be run: {fault}")
+            (start,) = trials_by(pool, self.problem, [None])
+            if start.fault:
+                raise DesignError(f"the case as it is cannot be run: {start.fault}")
             if unknown := [
                 f"{quantity} in {name}"
-                for value, (name, quantity) in zip(numbers, self.problem.columns)
+                for value, (name, quantity) in zip(start.numbers, self.problem.columns)
                 if np.isnan(value) and self.problem.design.objective
             ]:
                 raise DesignError(
                     f"{self.problem.design.model} does not find {', '.join(unknown)} for the case as it is: take a"
                     " quantity that it resolves, or passes in which it does"
                 )
-            self._start = Trial(np.full(len(self.problem.design.vary), np.nan), numbers, np.nan)
-            self._row(self._start)
+            self._start = start
+            self._row(start)
         return self._start
 
-    def __contains__(self, values: np.ndarray) -> bool:
-        """Whether the trial of these values was made."""
-        return tuple(values) in self._known
-
-    def __getitem__(self, values: np.ndarray) -> Trial:
-        """The trial of these values. Errors: KeyError where it was not made."""
-        return self._known[tuple(values)]
-
-    def add(self, trial: Trial) -> None:
-        """Keep a trial."""
-        self._row(trial)
-        self._remember(trial)
+    def made(self, pool: Pool, values: Iterable[np.ndarray]) -> list[Trial]:
+        """The trials of these values (n, k): kept ones, or made now and each kept as soon as it ends."""
+        points = [rounded(value) for value in values]
+        missing = {tuple(point): point for point in points if tuple(point) not in self._known}
+        for trial in trials_by(pool, self.problem, [*missing.values()]):
+            self._row(trial)
+            self._remember(trial)
+        return [self._known[tuple(point)] for point in points]
 
     def _remember(self, trial: Trial) -> None:
         self.trials.append(trial)

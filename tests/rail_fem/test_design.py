@@ -90,6 +90,27 @@ def test_a_search_that_was_killed_goes_on_where_it_was(bowl, tmp_path):
     assert (tmp_path / "cut" / TRIALS).read_text() == (tmp_path / "whole" / TRIALS).read_text()
 
 
+def test_trials_that_ended_before_a_kill_are_kept(bowl, tmp_path, monkeypatch):
+    """The seventh trial of the first dozen is killed, by what no search catches: the six before it are not made
+    again."""
+    problem, model = bowl
+
+    def killed(p, values):
+        if model.calls == 7:  # and the start
+            raise KeyboardInterrupt
+        return model(p, values)
+
+    monkeypatch.setattr(search_module, "numbers_of", killed)
+    with pytest.raises(KeyboardInterrupt):
+        search(problem, tmp_path / "out", HERE, lambda text: None)
+    monkeypatch.setattr(search_module, "numbers_of", model)
+    assert len(SearchRecord(problem, tmp_path / "out").trials) == 6
+    search(problem, tmp_path / "out", HERE, lambda text: None)
+    calls = model.calls
+    search(problem, tmp_path / "whole", HERE, lambda text: None)
+    assert model.calls == 2 * calls
+
+
 def test_a_search_in_which_nothing_can_be_run_says_why(bowl, tmp_path, monkeypatch):
     problem, model = bowl
     monkeypatch.setattr(search_module, "numbers_of", lambda p, v: model(p, None if v is None else np.array([2.0])))
