@@ -208,7 +208,11 @@ class Design(Frozen):
             raise ValueError("give objectives, or observations or records in their place")
         if self.recorded and self.model != RECORDED_BY:
             raise ValueError(f"records are held against {RECORDED_BY}: leave {self.model} out, or the records")
-        if not parse(self.reach, "mm")[1] > 0:
+        try:
+            far, _ = parse(self.reach, "mm")
+        except QuantityError as error:
+            raise ValueError(f"reach: {error}") from error
+        if not far > 0:
             raise ValueError(f"reach: {self.reach} must be positive")
         passes = [p.name for p in (*self.passes, *self.checks)]
         for what, names in (("key", [v.name for v in self.vary]), ("pass", passes)):
@@ -344,7 +348,7 @@ def checked(problem: Problem, path: Path) -> Problem:
         )
     for one in (*design.passes, *design.checks):
         load_case(problem.case, design.proof | one.set).by(design.model)
-    if faults := list(filter(None, map(_fault_of, design.vary))):
+    if faults := [fault for v in design.vary if (fault := fault_of(v.key, v.low, v.high))]:
         raise DesignError("\n  ".join([f"{path}: {len(faults)} input error(s)", *faults]))
     reach = parse(design.reach, "mm")[0]
     try:
@@ -369,17 +373,17 @@ def _with_common_keys(design: Design) -> Design:
     return design.model_copy(update={"passes": own(design.passes), "checks": own(design.checks)})
 
 
-def _fault_of(variable: Variable) -> str:
-    """Why no case has this key or one of its bounds, "" where it has; values that no crossing has together fail their
-    trial."""
+def fault_of(key: str, *values: str | float) -> str:
+    """Why no case has this key or one of these values, "" where it has; values that no crossing has together fail
+    their trial."""
     try:
-        quantity = quantity_of(field_of(variable.key))
+        quantity = quantity_of(field_of(key))
         if quantity is None:
-            return f"{variable.key}: is no physical quantity, only such can vary between bounds"
-        for bound in (variable.low, variable.high):
-            quantity.read(bound, units_required=True)
+            return f"{key}: is no physical quantity, no bounds or note: set it by a pass of a design file"
+        for value in values:
+            quantity.read(value, units_required=True)
     except VariationError as error:
         return str(error)
     except QuantityError as error:
-        return f"{variable.key}: {error}"
+        return f"{key}: {error}"
     return ""

@@ -16,7 +16,7 @@ import numpy as np
 
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.preflight import preflight_errors
-from rail_fem.design.problem import DesignError, Pass, Problem
+from rail_fem.design.problem import RECORDED_BY, DesignError, Pass, Problem
 from rail_fem.design.search import Found, Trial
 from rail_fem.processes.pool import Lost, Workers, each
 from rail_fem.processes.progress import duration, read_status
@@ -139,8 +139,13 @@ def prove_design(
 
 
 def check_proof(problem: Problem, settings: Mapping[str, Any], finer: Sequence[str], ranks: int = 1) -> dict[str, Any]:
-    """The settings of a proof, looked at before anything is searched or run. Errors: DesignError for a key that varies
-    or a start that cannot be meshed so, CaseError for what no shape could be run with."""
+    """The settings of a proof, looked at before anything is searched or run. Errors: DesignError for records, a key
+    that varies or a start that cannot be meshed so, CaseError for what no shape could be run with."""
+    if problem.records:
+        raise DesignError(
+            f"{problem.records[0].name}: records are held against {RECORDED_BY}, {MODEL} has no accelerometer: leave"
+            f" --prove out, and run {MODEL} with the most likely trial's values"
+        )
     varied = sorted({variable.key for variable in problem.design.vary} & {*problem.design.proof, *settings})
     if varied:
         raise DesignError(f"{varied[0]} is what the search varies: a proof cannot set it")

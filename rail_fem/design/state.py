@@ -8,10 +8,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from rail_fem.case.casefile import load_case
-from rail_fem.case.variations import field_of
-from rail_fem.design.problem import RECORDED_BY, Design, DesignError, Problem, checked
+from rail_fem.design.problem import RECORDED_BY, Design, DesignError, Problem, checked, fault_of
 from rail_fem.measurement.record import read_notes
-from rail_fem.scene.input_errors import describe_errors, quantity_of
+from rail_fem.scene.input_errors import describe_errors
 from rail_fem.scene.units import typed
 
 CARRIED = 0.0, 1.3  # factor on a bearer's ballast: of one that hangs, and of one packed harder than the others
@@ -74,7 +73,6 @@ def _numbers(text: str) -> list[int]:
 def _noted(record: Path) -> dict[str, str]:
     """What a record says of its pass: quantities of the case, no files."""
     said = {name: value for name, value in read_notes(record).items() if name.startswith("scene.")}
-    for name in said:
-        if quantity_of(field_of(name)) is None:
-            raise DesignError(f"{record}: {name} is no physical quantity: give it by a [[pass]] of a design file")
+    if faults := [fault for name, value in said.items() if (fault := fault_of(name, value))]:
+        raise DesignError(f"{record}: {'; '.join(faults)}")
     return said

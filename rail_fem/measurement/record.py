@@ -15,6 +15,7 @@ What else lines before the titles may say, for a search of the crossing's state 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,8 @@ from rail_fem.scene.input_errors import suggest
 from rail_fem.scene.units import QuantityError, parse, root_units, si_factor
 
 NOTE = re.compile(r"^\s*#\s*([\w. ]+?)\s*[:=]\s*(.+?)\s*$")
-RATE, BEARER, PLACE, FILTER, NOISE = "sampling rate", "bearer", "place", "filter", "noise"
+RATE, BEARER, PLACE, FILTER, NOISE = NOTES = "sampling rate", "bearer", "place", "filter", "noise"
+ALIKE = 0.8  # share of letters, from which on a line before the titles is taken for a misspelt note
 TITLE = re.compile(r"\s*([A-Za-z_ ]+?)\s*\[\s*(.*?)\s*\]\s*$")
 SPLIT = re.compile(r"[;,\t]")
 GRAVITY_UNIT = "g"  # an acceleration's, not the gram
@@ -69,14 +71,20 @@ class Record:
         if name not in self.notes:
             return None
         try:
-            return parse(self.notes[name], unit)[0]
+            value, _ = parse(self.notes[name], unit)
         except QuantityError as error:
             raise RecordError(f"{self.label}: {name}: {error}") from error
+        if name != PLACE and not value > 0:
+            raise RecordError(f"{self.label}: {name}: {self.notes[name]} must be positive")
+        return value
 
 
 def read_notes(path: Path) -> dict[str, str]:
     """What lines before the titles say. Errors: RecordError, OSError."""
-    return _notes(_lines(Path(path)))
+    notes = _notes(_lines(Path(path)))
+    if near := [(one, like) for one in {*notes} - {*NOTES} for like in get_close_matches(one, NOTES, 1, ALIKE)]:
+        raise RecordError(f"{path}: # {near[0][0]}: is not known, did you mean '{near[0][1]}'?")
+    return notes
 
 
 def read_record(path: Path, speed: float) -> Record:
@@ -161,7 +169,8 @@ def _table(path: Path, rows: list[tuple[int, str]], count: int) -> np.ndarray:
             values[k] = [float(word) for word in words]
         except ValueError as error:
             raise RecordError(
-                f"{path}: line {line}: {len(words)} value(s), not {count} numbers: {text.strip()[:50]}"
+                f"{path}: line {line}: {len(words)} value(s), not {count} numbers with a decimal point:"
+                f" {text.strip()[:50]}"
             ) from error
         if not np.isfinite(values[k]).all():
             raise RecordError(f"{path}: line {line}: a value is not finite")

@@ -8,6 +8,7 @@ samples as they come: a record needs no resampling, whatever its rate.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import correlate
 from scipy.signal.windows import tukey
 
 from rail_fem.contact.contact_table import contact_table
@@ -15,6 +16,7 @@ from rail_fem.measurement.record import BEARER, FEWEST, FILTER, HEIGHT, NOISE, P
 from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.vertical_dynamics import TRACK, WHEEL
 from rail_fem.passes.vertical_pass import LightPass, run_pass
+from rail_fem.result.low_pass import low_pass
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import RigidHertzSettings
 
@@ -23,6 +25,10 @@ OF_FILTER, OF_RATE = 0.7, 0.25  # of a record's own low pass (3 % lost there by 
 SLOPING = 0.3  # of the window
 QUIET, PARTS = 0.2, 40  # the noise is that of so large a share of so many parts of the record, the quietest
 FLAT = 4  # equal samples in a row at the largest or smallest value: the range of the sensor
+NEXT_AXLE = 1.4  # nearer to each other no two axles are [m]
+# correlation of a record with itself farther on, from which on another axle is in it: of two that are alike 0.5, of one
+# alone 0.02 to 0.17 (six states of sleeper and casting)
+AGAIN = 0.3
 STEPS = 30  # of the offset, within a period of the cut-off
 MOST_OFFSETS = 2000  # that are looked at
 
@@ -157,7 +163,7 @@ class Trace:
 def trace_of(record: Record, scene: Scene, settings: RigidHertzSettings, reach: float) -> Trace:
     """A record for the pass of a scene. reach : how far its positions, where it has such, may be off [m]; one over time
     may have begun wherever it covers the pass. Errors: RecordError where it is no acceleration, is clipped, or does not
-    cover the pass."""
+    cover the pass or holds two axles in it."""
     sensor = sensor_of(record, scene)
     _refuse_clipped(record)
     sensor.of(scene, settings)  # a place that is none is refused now
@@ -168,6 +174,7 @@ def trace_of(record: Record, scene: Scene, settings: RigidHertzSettings, reach: 
             f"{record.label}: {2 * len(window.frequencies)} numbers below {cutoff:.0f} Hz, {FEWEST} are needed:"
             " give a record of a higher rate, or a longer pass"
         )
+    _refuse_second_axle(record, window)
     moved, step = _offsets(record, window, reach)
     seen = np.array([window.of(record, one) for one in moved])
     strongest = int((seen**2).sum(axis=1).argmax())
@@ -188,10 +195,12 @@ def _offsets(record: Record, window: PassWindow, reach: float) -> tuple[np.ndarr
     step = abs(window.speed) / window.cutoff / STEPS
     if not 2 * step <= high - low <= MOST_OFFSETS * step:
         longer = 1e3 * (np.ptp(record.position) - abs(window.end - window.start))
+        beside = f"{longer:.0f} mm longer than the pass: cut it, or"
+        if longer < 0:
+            beside = f"{-longer:.0f} mm shorter than the pass:"
         raise RecordError(
-            f"{record.label}: {longer:.0f} mm longer than the pass: cut it, or set start and end of [run.rigid_hertz],"
-            f" so that wherever it was begun it covers the pass and is {2e3 * step:.0f} to"
-            f" {1e3 * MOST_OFFSETS * step:.0f} mm longer"
+            f"{record.label}: {beside} set start and end of [run.rigid_hertz], so that wherever it was begun it covers"
+            f" the pass and is {2e3 * step:.0f} to {1e3 * MOST_OFFSETS * step:.0f} mm longer"
             + (f"; or its x lie more than {1e3 * reach:g} mm off" if record.placed else "")
         )
     return sign * np.arange(low, high, step), float(sign * step)
@@ -210,6 +219,24 @@ def _rest(values: np.ndarray) -> float:
     u = np.linspace(-1, 1, len(values))
     values = values - values.mean()
     return float(values @ values - (u @ values) ** 2 / (u @ u))
+
+
+def _refuse_second_axle(record: Record, window: PassWindow) -> None:
+    """Of what stands in the track; an axle box has one axle."""
+    if record.quantity == "axle_box_acceleration":
+        return
+    values = low_pass(record.values, record.rate, window.cutoff)
+    values = values - values.mean()
+    like = correlate(values, values)[len(values) - 1 :]
+    far = np.abs(record.position - record.position[0])
+    within = (far >= NEXT_AXLE) & (far <= abs(window.end - window.start))
+    at = int(np.where(within, like, 0.0).argmax())
+    if like[at] > AGAIN * like[0] and at:
+        raise RecordError(
+            f"{record.label}: comes again {1e3 * far[at]:.0f} mm on (correlation {like[at] / like[0]:.2f}, more than"
+            f" {AGAIN:g}): a second axle passes within the {1e3 * abs(window.end - window.start):.0f} mm that are held"
+            f" against one: set start and end of [run.rigid_hertz] less than {1e3 * far[at]:.0f} mm apart"
+        )
 
 
 def _refuse_clipped(record: Record) -> None:
