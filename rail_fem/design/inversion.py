@@ -149,7 +149,7 @@ def likelihood(problem: Problem, trial: Trial, known: Sequence[Known]) -> float:
     for one in known:
         found = np.repeat(facts_of(problem, one.group, trial.expected[None]), len(form), axis=0)
         error = one.scatter**2 * np.eye(found.shape[1])
-        total += one.group.log_likelihood(found, error, form, one.proven)
+        total += one.group.judge(error, one.proven)(found, form)
     return float(np.nan_to_num(total, nan=-np.inf).max())
 
 
@@ -209,4 +209,3 @@ def _spread(problem: Problem) -> np.ndarray:
 
 def _run(trials: Sequence[Trial]) -> list[Trial]:
     return [trial for trial in trials if not trial.fault]
-

@@ -10,7 +10,7 @@ from rail_fem.design.inversion import Inversion, facts_of, scaled, scaled_back
 from rail_fem.design.posterior import form_of
 from rail_fem.design.problem import Problem
 from rail_fem.design.record_facts import RecordFact
-from rail_fem.design.record_report import record_words, state_figure
+from rail_fem.design.record_report import StateReport
 from rail_fem.files.markdown import markdown_table
 from rail_fem.show.style import GREY, NOSE, TOTAL, WING, new_figure
 from rail_fem.show.table_and_figure import write_figure, write_table_and_figure
@@ -21,16 +21,16 @@ DECIDES = 0.25  # change of an unknown's standard deviation or mean, in its own,
 
 def write_inversion(problem: Problem, found: Inversion, out: Path) -> str:
     """inversion.md and inversion.png in `out`; returns the text. Errors: OSError."""
-    text = inversion_report(problem, found)
-    folder = Path(out)
+    state, folder = StateReport(problem, found), Path(out)
+    text = inversion_report(problem, found, state)
     draw = lambda: inversion_figure(problem, found)
     write_table_and_figure(folder / "inversion.md", text, folder / "inversion.png", draw)
     if problem.records:
-        write_figure(folder / "state.png", lambda: state_figure(problem, found))
+        write_figure(folder / "state.png", state.figure)
     return text
 
 
-def inversion_report(problem: Problem, found: Inversion) -> str:
+def inversion_report(problem: Problem, found: Inversion, state: StateReport) -> str:
     """Markdown: unknowns, facts, influence."""
     design, width = problem.design, np.diff(found.interval, axis=0)[0]
     low, high = (scaled_back(problem, side[None, :-1])[0] for side in found.interval)
@@ -48,7 +48,7 @@ def inversion_report(problem: Problem, found: Inversion) -> str:
             f" (seed {design.seed}).",
             f"Relative error of the model's form: {form[0]:.1f} % ({form[1]:.1f} to {form[2]:.1f} %).",
             "",
-            *(record_words(problem, found) if problem.records else []),
+            *(state.words() if problem.records else []),
             *markdown_table(["unknown", "bounds", "mean", "95 %", "width over the bounds", "most likely trial"], rows),
             "",
             *_fact_table(problem, found),
@@ -86,7 +86,7 @@ def coverage_words(problem: Problem, found: np.ndarray) -> str:
 
 
 def _share(width: float) -> str:
-    return f"{100 * width:.0f} %" + (" (not known)" if width >= OPEN_WIDTH else "")
+    return f"{100 * width:.0f} %" + (f" (not known, from {100 * OPEN_WIDTH:.0f} % on)" if width >= OPEN_WIDTH else "")
 
 
 def _fact_table(problem: Problem, found: Inversion) -> list[str]:

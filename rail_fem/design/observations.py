@@ -15,7 +15,7 @@ bound = "least"                      # none: the value itself; "least", "most": 
 value = { case_01 = "234 kN", case_02 = "172.5 kN" }       # by pass
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Literal
 
@@ -28,6 +28,7 @@ from rail_fem.scene.base import Frozen
 from rail_fem.scene.units import parse
 from rail_fem.sweeps.trends import MEASURES
 
+Likelihood = Callable[[np.ndarray, np.ndarray], np.ndarray]  # numbers (m, n) and errors of form (m,) to logarithms (m,)
 FORM = 0.03, 0.3  # between which the light model's relative error of form lies, evenly in its logarithm
 SHARED = 0.5  # of that error's variance: the same in all passes of a group, as far as no proof tells it
 
@@ -121,6 +122,14 @@ class FactGroup(Frozen):
             return log_ndtr(sign * beside / np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))).sum(axis=1)
         square = (beside * np.linalg.solve(covariance, beside[:, :, None])[:, :, 0]).sum(axis=1)
         return -0.5 * (square + np.linalg.slogdet(covariance)[1])
+
+    def judge(self, error: np.ndarray, proven: int) -> Likelihood:
+        """`log_likelihood` of this error."""
+        return lambda found, form: self.log_likelihood(found, error, form, proven)
+
+    def error_of(self, missed: np.ndarray) -> np.ndarray:
+        """(n, n)  covariance about 0 of an emulator's residuals (m, n)."""
+        return missed.T @ missed / len(missed)
 
     def drawn(self, truth: np.ndarray, form: float, rng: np.random.Generator) -> list["FactGroup"]:
         """The same facts as a source would print them of a scene whose numbers (len(columns),) are `truth`, seen with

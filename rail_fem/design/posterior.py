@@ -12,18 +12,15 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import qmc
 
-from rail_fem.design.emulator import FOLDS, Emulator, judged_emulator
-from rail_fem.design.observations import FORM, FactGroup
-from rail_fem.design.record_facts import Judge, RecordFact
+from rail_fem.design.emulator import CENTRAL, Emulator, judged_emulator
+from rail_fem.design.observations import FORM, FactGroup, Likelihood
+from rail_fem.design.record_facts import RecordFact
 
 Fact = FactGroup | RecordFact
 SAMPLES = 1024
 MOVES = 8  # of each sample at each temperature
 LAST_MOVES = 40
 KEPT_SHARE = 0.5  # of the samples' effective number, from one temperature to the next
-# share of the samples that holds 95 % of the unknowns of known scenes, as an emulator's errors are no Gaussian's: by 26
-# scenes of cases/design/casting.toml, half of them 0.977, half 0.980, each then held to the other half
-CENTRAL = 0.98
 LEAST_TRIALS = 20  # by which an emulator can be made
 
 
@@ -46,38 +43,16 @@ class Known:
     def error(self) -> np.ndarray:
         """(n, n)  covariance of the errors of emulator and correction about 0."""
         missed = self.model.residuals[self.local]
-        found = missed.T @ missed / len(missed)
-        if isinstance(self.group, RecordFact):
-            found = _error_of_many(missed)
-        return found + self.scatter**2 * np.eye(missed.shape[1])
+        return self.group.error_of(missed) + self.scatter**2 * np.eye(missed.shape[1])
+
+    @cached_property
+    def judge(self) -> Likelihood:
+        """What is made once for all samples."""
+        return self.group.judge(self.error, self.proven)
 
     def log_likelihood(self, samples: np.ndarray) -> np.ndarray:
         """(m,)  at samples (m, k + 1): unknowns and error of form, each between its bounds 0 and 1."""
-        found, form = self.model(samples[:, :-1]), form_of(samples[:, -1])
-        if self._judge is not None:
-            return self._judge(found, form)
-        return self.group.log_likelihood(found, self.error, form, self.proven)
-
-    @cached_property
-    def _judge(self) -> Judge | None:
-        """Of a record, what is made once for all samples."""
-        return self.group.judge(self.error, self.proven) if isinstance(self.group, RecordFact) else None
-
-
-def _error_of_many(missed: np.ndarray) -> np.ndarray:
-    """(n, n)  of residuals (m, n), where trials may be fewer than numbers: half their covariance and half its diagonal
-    where they are as many, and so large that CENTRAL of the trials, each by the others', lie within it."""
-
-    def alike(own: np.ndarray) -> np.ndarray:
-        trials, count = own.shape
-        together = own.T @ own / trials
-        return (trials * together + count * np.diag(np.diag(together))) / (trials + count)
-
-    number, square = np.arange(len(missed)) % FOLDS, np.empty(len(missed))
-    for fold in range(FOLDS):
-        own, others = missed[number == fold], alike(missed[number != fold])
-        square[number == fold] = (own * np.linalg.solve(others, own.T).T).mean(axis=1)
-    return alike(missed) * max(1.0, float(np.quantile(square, CENTRAL)))
+        return self.judge(self.model(samples[:, :-1]), form_of(samples[:, -1]))
 
 
 def form_of(share: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ relative error of form, frequency by frequency, a share of it one factor on all 
 along the track is found anew for each scene, that of the nearest record, and integrated over about there.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -15,7 +15,8 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.stats import chi2
 
-from rail_fem.design.observations import FORM, SHARED
+from rail_fem.design.emulator import CENTRAL, FOLDS
+from rail_fem.design.observations import FORM, SHARED, Likelihood
 from rail_fem.measurement.trace import Trace
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import RigidHertzSettings
@@ -47,29 +48,12 @@ class Nearness(NamedTuple):
         return (beside**2).sum(axis=1) - (beside * slope).sum(axis=1) ** 2 / width, width
 
 
-class Judge(NamedTuple):
-    """How near numbers come to a record at each of LEVELS."""
-
-    near: Sequence[Nearness]
-
-    def __call__(self, found: np.ndarray, form: np.ndarray) -> np.ndarray:
-        """(m,)  log likelihood of numbers (m, n) at errors of form (m,)."""
-        at = np.abs(np.log(form)[:, None] - np.log(LEVELS)).argmin(axis=1)
-        likely = np.empty(len(found))
-        for level in np.unique(at):
-            square, width = self.near[level](found[at == level])
-            likely[at == level] = -0.5 * (square + np.log(width)) - self.near[level].volume
-        return likely
-
-
 @dataclass(frozen=True, eq=False)
 class RecordFact:
     """What one record says of the pass `name`."""
 
     name: str
     trace: Trace
-    bound: str = ""
-    relative: bool = True
 
     @property
     def value(self) -> dict[str, str]:
@@ -101,19 +85,42 @@ class RecordFact:
         near = [power[max(0, k - SMOOTH) : k + SMOOTH + 1].mean() for k in range(len(power))]
         return np.tile(near, 2)
 
-    def covariance(self, form: float, error: np.ndarray | float = 0.0, proven: int = 0) -> np.ndarray:
+    def covariance(self, form: float, error: np.ndarray | float = 0.0) -> np.ndarray:
         """(n, n)  of record less model at a relative error of form."""
         common = self.trace.reference
-        own = (1 - SHARED) * np.diag(self.size) + SHARED / (1 + proven) * np.outer(common, common)
+        own = (1 - SHARED) * np.diag(self.size) + SHARED * np.outer(common, common)
         return self.trace.noise + error + form**2 * own
 
-    def judge(self, error: np.ndarray, proven: int = 0) -> "Judge":
-        """What makes likelihoods. error : (n, n) covariance of numbers beside the model's form"""
-        return Judge([self._nearness(self.covariance(level, error, proven)) for level in LEVELS])
+    def judge(self, error: np.ndarray, proven: int = 0) -> Likelihood:
+        """As FactGroup.judge. error : (n, n) covariance of numbers beside the model's form; no proof tells of it"""
+        near = [self._nearness(self.covariance(level, error)) for level in LEVELS]
 
-    def log_likelihood(self, found: np.ndarray, error: np.ndarray, form: np.ndarray, proven: int = 0) -> np.ndarray:
-        """(m,)  of numbers (m, n), up to a constant; as FactGroup.log_likelihood."""
-        return self.judge(error, proven)(found, form)
+        def likelihood(found: np.ndarray, form: np.ndarray) -> np.ndarray:
+            at = np.abs(np.log(form)[:, None] - np.log(LEVELS)).argmin(axis=1)
+            likely = np.empty(len(found))
+            for level in np.unique(at):
+                square, width = near[level](found[at == level])
+                likely[at == level] = -0.5 * (square + np.log(width)) - near[level].volume
+            return likely
+
+        return likelihood
+
+    @staticmethod
+    def error_of(missed: np.ndarray) -> np.ndarray:
+        """(n, n)  covariance about 0 of an emulator's residuals (m, n), where trials may be fewer than numbers: half it
+        and half its diagonal where they are as many, and so large that CENTRAL of the trials, each by the others', lie
+        within it."""
+
+        def alike(own: np.ndarray) -> np.ndarray:
+            trials, count = own.shape
+            together = own.T @ own / trials
+            return (trials * together + count * np.diag(np.diag(together))) / (trials + count)
+
+        number, square = np.arange(len(missed)) % FOLDS, np.empty(len(missed))
+        for fold in range(FOLDS):
+            own, others = missed[number == fold], alike(missed[number != fold])
+            square[number == fold] = (own * np.linalg.solve(others, own.T).T).mean(axis=1)
+        return alike(missed) * max(1.0, float(np.quantile(square, CENTRAL)))
 
     def _nearness(self, covariance: np.ndarray) -> "Nearness":
         factor = cholesky(covariance, lower=True)
@@ -140,7 +147,7 @@ class RecordFact:
 
     def drawn(self, truth: np.ndarray, form: float, rng: np.random.Generator) -> list["RecordFact"]:
         """The same record as it would be of a scene whose numbers (n,) are `truth`, seen with all errors that
-        `log_likelihood` counts, somewhere within the offsets."""
+        `judge` counts, somewhere within the offsets."""
         trace = self.trace
         own = replace(self, trace=replace(trace, seen=truth[None], strongest=0))
         errors = cholesky(own.covariance(form) + 1e-12 * np.eye(len(truth)) * own.size.max(), lower=True)

@@ -2,6 +2,7 @@
 be told apart, which bearer to pack, which metal to grind; and the figure of it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -19,6 +20,7 @@ from rail_fem.show.panels import band, curve, new_panels, titled
 from rail_fem.show.style import NOSE, SKY, TOTAL, WING
 
 SURE = 0.95  # share of the posterior on one side, from which on a verdict is given
+VERDICT = f"a verdict from {100 * SURE:.0f} % on"
 HANGS = 0.5  # of the other bearers' ballast, below which a bearer is to be packed: our choice
 WORTH = 0.3e-3  # height above or below the case's that is worth a grinder or a weld [m]: our choice
 TOGETHER = 0.8  # correlation from which on two unknowns are not told apart
@@ -46,69 +48,144 @@ class Met:
     chance: float
 
 
-def met(problem: Problem, found: Inversion) -> list[Met]:
-    """Of each record."""
-    rows = []
-    for fact in problem.records:
-        numbers = found.likely.expected[[problem.columns.index(column) for column in fact.columns]]
-        (known, _), (most, chance) = (fact.misfit(numbers, form) for form in FORM)
-        rows.append(Met(fact.name, fact.offset(numbers), known, most, chance))
-    return rows
+@dataclass(frozen=True, eq=False)
+class StateReport:
+    """What an inversion by records says, each part found once."""
 
+    problem: Problem
+    found: Inversion
 
-def doubts(problem: Problem, found: Inversion) -> list[str]:
-    """Why a record is none of any scene within the bounds; none where all are met."""
-    form = form_of(found.interval[:, -1])
-    told = [
-        f"{one.name}: chi-square is {one.most:.3g} for each of its numbers at an error of form of {100 * FORM[1]:.0f} %"
-        f" (1 expected, chance {one.chance:.1g}): no scene within the bounds makes this record"
-        for one in met(problem, found)
-        if one.chance < UNLIKELY
-    ]
-    if form[0] > ALIEN:
-        told.append(
-            f"the error of form is {100 * form[0]:.0f} to {100 * form[1]:.0f} %, more than {100 * ALIEN:.0f} %: another"
-            " wheel, speed, place of the sensor or unknown than the case has"
-        )
-    told += [
-        f"{fact.name}: the emulator misses trials by {missed:.0f} % of the record, more than {ROUGH:g} %: take more"
-        " trials or narrower bounds"
-        for fact, missed in zip(problem.records, _missed_by_emulators(problem, found))
-        if missed > ROUGH
-    ]
-    return told + [
-        f"{v.title}: of the most likely trial it lies {100 * far:.0f} % of its bounds beyond its 95 % interval, where"
-        " the emulator does not expect it: take more trials or narrower bounds"
-        for v, far in zip(problem.design.vary, _beyond(problem, found))
-        if far > ASTRAY
-    ]
+    @cached_property
+    def met(self) -> list[Met]:
+        """How each record is."""
+        rows = []
+        for fact in self.problem.records:
+            numbers = self.found.likely.expected[[self.problem.columns.index(column) for column in fact.columns]]
+            (known, _), (most, chance) = (fact.misfit(numbers, form) for form in FORM)
+            rows.append(Met(fact.name, fact.offset(numbers), known, most, chance))
+        return rows
 
+    @cached_property
+    def missed(self) -> list[float]:
+        """By the emulator of each record, in per cent of its size."""
+        errors = {one.group.name: np.trace(one.error) for one in self.found.known}
+        return [100 * float(np.sqrt(errors[f.name] / (f.trace.reference**2).sum())) for f in self.problem.records]
 
-def _beyond(problem: Problem, found: Inversion) -> np.ndarray:
-    """(k,)  how far the most likely trial lies outside each interval, over the bounds."""
-    low, high = found.interval[:, :-1]
-    at = scaled(problem, found.likely.values[None])[0]
-    return np.maximum(np.maximum(low - at, at - high), 0.0)
+    @cached_property
+    def doubts(self) -> list[str]:
+        """Why a record is none of any scene within the bounds, each with its threshold; none where all are met."""
+        form = form_of(self.found.interval[:, -1])
+        told = [
+            f"{one.name}: chi-square is {one.most:.3g} for each of its numbers at an error of form of"
+            f" {100 * FORM[1]:.0f} % (1 expected, chance {one.chance:.1g}, less than {UNLIKELY:g}): no scene within the"
+            " bounds makes this record"
+            for one in self.met
+            if one.chance < UNLIKELY
+        ]
+        if form[0] > ALIEN:
+            told.append(
+                f"the error of form is {100 * form[0]:.0f} to {100 * form[1]:.0f} %, more than {100 * ALIEN:.0f} %:"
+                " another wheel, speed, unit, sign, place of the sensor or unknown than the case has, or a second axle"
+            )
+        told += [
+            f"{one.name}: the emulator misses trials by {missed:.0f} % of the record, more than {ROUGH:g} %: take more"
+            " trials or narrower bounds"
+            for one, missed in zip(self.met, self.missed)
+            if missed > ROUGH
+        ]
+        return told + [
+            f"{v.title}: of the most likely trial it lies {100 * far:.0f} % of its bounds, more than"
+            f" {100 * ASTRAY:.0f} %, beyond its 95 % interval, where the emulator does not expect it: take more trials"
+            " or narrower bounds"
+            for v, far in zip(self.problem.design.vary, self._beyond())
+            if far > ASTRAY
+        ]
 
+    def _beyond(self) -> np.ndarray:
+        """(k,)  how far the most likely trial lies outside each interval, over the bounds."""
+        low, high = self.found.interval[:, :-1]
+        at = scaled(self.problem, self.found.likely.values[None])[0]
+        return np.maximum(np.maximum(low - at, at - high), 0.0)
 
-def verdicts(problem: Problem, found: Inversion) -> list[str]:
-    """Which bearer to pack and which metal to grind or weld, a sentence each, with its threshold; for records that are
-    not met that there is none."""
-    if doubtful := doubts(problem, found):
-        return ["No verdict: " + "; ".join(doubtful) + "."]
-    values = scaled_back(problem, found.samples[:, :-1])
-    told = []
-    for v, start, own, (low, high) in zip(
-        problem.design.vary, problem.start_values, values.T, scaled_back(problem, found.interval[:, :-1]).T
-    ):
-        if v.key.startswith(BALLAST):
-            told.append(_packing(problem, v, own, low, high))
-        elif v.key in METAL and np.isfinite(start):
-            metal, sign = METAL[v.key]
-            factor = sign * si_factor(v.unit)
-            sides = sorted(((low - start) * factor, (high - start) * factor))
-            told.append(_grinding(metal, factor * (own - start), *sides))
-    return told
+    @cached_property
+    def verdicts(self) -> list[str]:
+        """Which bearer to pack and which metal to grind or weld, a sentence each, with its threshold; for records that
+        are not met that there is none."""
+        if self.doubts:
+            return ["No verdict: " + "; ".join(self.doubts) + "."]
+        problem, found, told = self.problem, self.found, []
+        values = scaled_back(problem, found.samples[:, :-1])
+        for v, start, own, (low, high) in zip(
+            problem.design.vary, problem.start_values, values.T, scaled_back(problem, found.interval[:, :-1]).T
+        ):
+            if v.key.startswith(BALLAST):
+                told.append(_packing(problem, v, own, low, high))
+            elif v.key in METAL and np.isfinite(start):
+                metal, sign = METAL[v.key]
+                factor = sign * si_factor(v.unit)
+                sides = sorted(((low - start) * factor, (high - start) * factor))
+                told.append(_grinding(metal, factor * (own - start), *sides))
+        return told
+
+    def words(self) -> list[str]:
+        """Lines of Markdown: verdict, what is not told apart, how each record is met."""
+        names = [v.title for v in self.problem.design.vary]
+        like = np.atleast_2d(np.corrcoef(self.found.samples[:, : len(names)].T))
+        pairs = [
+            f"{names[i]} and {names[k]} ({like[i, k]:+.2f})"
+            for i in range(len(names))
+            for k in range(i)
+            if abs(like[i, k]) > TOGETHER
+        ]
+        apart = f"Not told apart (correlation beyond {TOGETHER:g}): {', '.join(pairs)}." if pairs else ""
+        rows = [
+            [*fact.told().values(), f"{1e3 * m.moved:+.1f} mm", f"{missed:.0f} %", f"{m.known:.2f}", f"{m.most:.2f}"]
+            for fact, m, missed in zip(self.problem.records, self.met, self.missed)
+        ]
+        sizes = [f"chi-square, form {100 * f:.0f} %" for f in FORM]
+        head = ["record", "sensor", "wheel", "band", "noise", "moved", "emulator's error", *sizes]
+        return [
+            *(f"- {line}" for line in self.verdicts),
+            *(["", apart] if apart else []),
+            "",
+            *markdown_table(head, rows),
+            "",
+        ]
+
+    def figure(self) -> Figure:
+        """Each unknown's posterior beside its prior; each record and the most likely scene beside it."""
+        problem, found = self.problem, self.found
+        vary, records = problem.design.vary, problem.records
+        columns = 3
+        above = -(-len(vary) // columns)
+        figure, axes = new_panels(2.5 * above + 2.6 * len(records) + 0.8, above + len(records), columns, squeeze=False)
+        values = scaled_back(problem, found.samples[:, :-1])
+        for axis, v, own, (low, high), start in zip(
+            axes.flat, vary, values.T, scaled_back(problem, found.interval[:, :-1]).T, problem.start_values
+        ):
+            first, last = v.bounds
+            axis.hist(own, bins=40, range=v.bounds, density=True, color=WING, alpha=0.6, label="posterior")
+            axis.plot([first, first, last, last], [0, *[1 / (last - first)] * 2, 0], color=TOTAL, lw=1.5, label="prior")
+            axis.axvspan(low, high, color=SKY, alpha=0.25, zorder=0, label="95 %")
+            if first <= start <= last:
+                axis.axvline(start, color=NOSE, ls="--", lw=1.5, label="the case")
+            axis.set_yticks([])
+            axis.set_xlabel(v.title.replace("_", " "))
+        axes.flat[0].legend(fontsize=9)
+        for axis in axes[:above].flat[len(vary) :]:
+            axis.remove()
+        for row, fact, one in zip(axes[above:], records, self.met):
+            for axis in row:
+                axis.remove()
+            _draw_record(
+                figure.add_subplot(row[0].get_gridspec()[row[0].get_subplotspec().rowspan.start, :]),
+                problem,
+                found,
+                fact,
+                one,
+            )
+        sure = "; ".join(line.split("**")[1] if "**" in line else "no verdict" for line in self.verdicts)
+        return titled(figure, f"What {problem.design.source} says of the crossing\n{sure}")
 
 
 def _packing(problem: Problem, v: Variable, own: np.ndarray, low: float, high: float) -> str:
@@ -127,7 +204,7 @@ def _packing(problem: Problem, v: Variable, own: np.ndarray, low: float, high: f
     )
     return (
         f"**{what}**: its ballast has {low:.2g} to {high:.2g} of the others' stiffness, below {HANGS:g} with a"
-        f" probability of {100 * chance:.0f} %"
+        f" probability of {100 * chance:.0f} % ({VERDICT})"
     )
 
 
@@ -143,82 +220,8 @@ def _grinding(metal: str, above: np.ndarray, low: float, high: float) -> str:
     return (
         f"**{metal}: {what}**: {1e3 * low:+.2f} to {1e3 * high:+.2f} mm above the case's, by more than"
         f" {1e3 * WORTH:g} mm high with a probability of {100 * over:.0f} %, low {100 * under:.0f} %"
+        f" ({VERDICT})"
     )
-
-
-def record_words(problem: Problem, found: Inversion) -> list[str]:
-    """Lines of Markdown: verdict, what is not told apart, how each record is met."""
-    names = [v.title for v in problem.design.vary]
-    like = np.atleast_2d(np.corrcoef(found.samples[:, : len(names)].T))
-    pairs = [
-        f"{names[i]} and {names[k]} ({like[i, k]:+.2f})"
-        for i in range(len(names))
-        for k in range(i)
-        if abs(like[i, k]) > TOGETHER
-    ]
-    apart = f"Not told apart (correlation): {', '.join(pairs)}." if pairs else ""
-    rows = [
-        [*fact.told().values(), f"{1e3 * one.moved:+.1f} mm", f"{missed:.0f} %", f"{one.known:.2f}", f"{one.most:.2f}"]
-        for fact, one, missed in zip(problem.records, met(problem, found), _missed_by_emulators(problem, found))
-    ]
-    head = [
-        "record",
-        "sensor",
-        "wheel",
-        "band",
-        "noise",
-        "moved",
-        "emulator's error",
-        *(f"chi-square, form {100 * f:.0f} %" for f in FORM),
-    ]
-    return [
-        *(f"- {line}" for line in verdicts(problem, found)),
-        *(["", apart] if apart else []),
-        "",
-        *markdown_table(head, rows),
-        "",
-    ]
-
-
-def _missed_by_emulators(problem: Problem, found: Inversion) -> list[float]:
-    """Of each record, in per cent of its size."""
-    errors = {one.group.name: np.trace(one.error) for one in found.known}
-    return [100 * float(np.sqrt(errors[f.name] / (f.trace.reference**2).sum())) for f in problem.records]
-
-
-def state_figure(problem: Problem, found: Inversion) -> Figure:
-    """Each unknown's posterior beside its prior; each record and the most likely scene beside it."""
-    vary, records = problem.design.vary, problem.records
-    columns = 3
-    above = -(-len(vary) // columns)
-    figure, axes = new_panels(2.5 * above + 2.6 * len(records) + 0.8, above + len(records), columns, squeeze=False)
-    values = scaled_back(problem, found.samples[:, :-1])
-    for axis, v, own, (low, high), start in zip(
-        axes.flat, vary, values.T, scaled_back(problem, found.interval[:, :-1]).T, problem.start_values
-    ):
-        first, last = v.bounds
-        axis.hist(own, bins=40, range=v.bounds, density=True, color=WING, alpha=0.6, label="posterior")
-        axis.plot([first, first, last, last], [0, *[1 / (last - first)] * 2, 0], color=TOTAL, lw=1.5, label="prior")
-        axis.axvspan(low, high, color=SKY, alpha=0.25, zorder=0, label="95 %")
-        if first <= start <= last:
-            axis.axvline(start, color=NOSE, ls="--", lw=1.5, label="the case")
-        axis.set_yticks([])
-        axis.set_xlabel(v.title.replace("_", " "))
-    axes.flat[0].legend(fontsize=9)
-    for axis in axes[:above].flat[len(vary) :]:
-        axis.remove()
-    for row, fact, one in zip(axes[above:], records, met(problem, found)):
-        for axis in row:
-            axis.remove()
-        _draw_record(
-            figure.add_subplot(row[0].get_gridspec()[row[0].get_subplotspec().rowspan.start, :]),
-            problem,
-            found,
-            fact,
-            one,
-        )
-    sure = "; ".join(line.split("**")[1] if "**" in line else "no verdict" for line in verdicts(problem, found))
-    return titled(figure, f"What {problem.design.source} says of the crossing\n{sure}")
 
 
 def _draw_record(axes, problem: Problem, found: Inversion, fact: RecordFact, one: Met) -> None:
