@@ -112,7 +112,7 @@ class StateReport:
         """Which bearer to pack and which metal to grind or weld, a sentence each, with its threshold; for records that
         are not met that there is none."""
         if self.doubts:
-            return ["No verdict: " + "; ".join(self.doubts) + "."]
+            return ["No verdict, nor are the intervals below to be trusted: " + "; ".join(self.doubts) + "."]
         problem, found, told = self.problem, self.found, []
         values = scaled_back(problem, found.samples[:, :-1])
         for v, start, own, (low, high) in zip(

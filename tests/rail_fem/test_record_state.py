@@ -206,7 +206,7 @@ def test_the_record_of_another_wheel_gives_no_verdict(found, case):
     strange = with_rounds(state_problem(case, [file], FIND, [], None, 32, None), 0)
     seen = invert(strange, folder / "strange", Workers(1), lambda _: None)
     state = StateReport(strange, seen)
-    assert state.doubts and state.verdicts[0].startswith("No verdict: ")
+    assert state.doubts and state.verdicts[0].startswith("No verdict, ")
 
 
 def clip(path, share=0.5):
