@@ -25,7 +25,7 @@ from rail_fem.damage.deposit import Footprints, deposit
 from rail_fem.damage.evolution import Rate
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.flowed_surface import passes_to_flow
-from rail_fem.damage.groove import FlowLaw, Grooves, groove_strips, grooves, held_beyond, mean_under
+from rail_fem.damage.groove import FlowLaw, Grooves, carried_beyond, groove_strips, grooves, mean_under
 from rail_fem.damage.impacts import LargestImpact, largest_impact
 from rail_fem.damage.reach import reach_of
 from rail_fem.damage.wear import WearLaw
@@ -300,13 +300,15 @@ def groove_field(site: CrossingSite, scene: Scene, contacts: PassContacts, shape
             site.flow_law.limit,
             flowed[own],
         )
-        flows = found.depth > 0
-        strips, across = groove_strips(Grooves(*(v[flows] for v in found)))
-        plan = across * cosine[own][flows]
-        feet = Footprints(np.full(len(plan), b), contacts.position[own][flows][:, :2], 0 * plan, plan)
+        of, place = carried_beyond(contacts.position[own, :2], contacts.position[:, 0], site.spacing, x)
+        flows = found.depth[of] > 0
+        of, place = of[flows], place[flows]
+        strips, across = groove_strips(Grooves(*(v[of] for v in found)))
+        plan = across * cosine[own][of]
+        feet = Footprints(np.full(len(plan), b), place, 0 * plan, plan)
         for into, each in zip(depth, np.moveaxis(strips, 1, 0), strict=True):
             into += deposit(feet, each[:, None], across * (site.spacing / (x[1] - x[0])), x, y)
-    return held_beyond(depth, contacts.position[:, 0], x)
+    return depth
 
 
 def _hardest(contacts: PassContacts, body: int) -> Patch | None:

@@ -35,6 +35,7 @@ FLATTEST = np.log(1e4)  # of R' / R
 DEEPEST = 1e-3  # that one pass over the surface may ask for [m]
 ROUNDS = 50
 STRIPS = 24  # of a groove's shape
+TRACE = 30e-3  # of a pass's begin and end, by which its line goes on [m]
 ACROSS = np.linspace(-0.9, 0.9, 7)  # of a patch, where the steel's strain is looked at
 
 
@@ -128,6 +129,25 @@ def groove_strips(found: Grooves) -> tuple[np.ndarray, np.ndarray]:
     with np.errstate(divide="ignore", invalid="ignore"):
         per_depth = np.where(found.depth > 0, found.square / found.depth, 0.0)
     return np.stack([shape, shape * per_depth[:, None]], axis=1), 2 * found.half_width / STRIPS
+
+
+def carried_beyond(
+    place: np.ndarray, pass_x: np.ndarray, spacing: float, x: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Which of the patches at place (k, 2) [m] press a groove, and where: all of them, and where the pass over x of its
+    patches pass_x [m] begins or ends on their body the outermost once more every spacing [m] to the end of the plan x
+    (m,), along the line in which they lie: a groove that ended where the pass does, or ran on beside the wheel's line,
+    would be a step that no wheel has made."""
+    of, out = [np.arange(len(place))], [place]
+    for side, end, edge in ((-1, pass_x.min(initial=np.inf), x[0]), (1, pass_x.max(initial=-np.inf), x[-1])):
+        near = np.flatnonzero(np.abs(place[:, 0] - end) < TRACE)
+        if len(near) > 1 and np.abs(place[near, 0] - end).min() < spacing:
+            last = near[np.argmin(np.abs(place[near, 0] - end))]
+            slope = np.polyfit(place[near, 0] - place[last, 0], place[near, 1], 1)[0]
+            away = side * np.arange(spacing, np.abs(edge - end) + 1e-9, spacing)
+            of.append(np.full(len(away), last))
+            out.append(place[last] + away[:, None] * np.array([1.0, slope]))
+    return np.concatenate(of), np.concatenate(out)
 
 
 def held_beyond(field: np.ndarray, at: np.ndarray, x: np.ndarray) -> np.ndarray:

@@ -11,9 +11,10 @@ from bem.exact.hertz import point_contact
 from bem.exact.kalker import check_ellipse
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.contact.contact_table import DEPTHS, VIRTUAL, equivalent_paraboloid, hertz_constants
+from rail_fem.damage.crossing_site import dynamics
 from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.flowed_surface import HEAPED, flow_in_passes, passes_to_flow, spread_along, with_heaps
-from rail_fem.damage.groove import DEEPEST, FlowLaw, groove_strips, grooves, held_beyond
+from rail_fem.damage.groove import DEEPEST, FlowLaw, carried_beyond, groove_strips, grooves, held_beyond
 from rail_fem.damage.rolling import no_more_slender
 from rail_fem.damage.sites import crossing_site
 from rail_fem.damage.study_state import read_state, write_state
@@ -137,6 +138,20 @@ def test_strain_does_not_depend_on_the_steps_in_which_a_groove_grows():
     np.testing.assert_allclose(whole.square / 2 + rest.square, whole.square, rtol=1e-3)
 
 
+def test_a_groove_goes_on_along_the_line_of_its_wheel():
+    """Patches on a slanting line: those beyond lie on it to round-off, as the outermost; a body that the pass reaches
+    at one end alone goes on there alone, and no body has none."""
+    at = np.arange(0.26, 0.4, 4e-3)
+    place, x = np.column_stack([at, 0.03 + 0.1 * (at - 0.26)]), np.arange(0.2, 0.5, 4e-3)
+    of, where = carried_beyond(place, at, 4e-3, x)
+    np.testing.assert_allclose(where[:, 1], 0.03 + 0.1 * (where[:, 0] - 0.26), atol=1e-12)
+    assert where[:, 0].min() < x[0] + 4e-3 + 1e-9 and where[:, 0].max() > x[-1] - 4e-3 - 1e-9
+    assert set(of[len(at) :]) == {0, len(at) - 1}
+    of, where = carried_beyond(place[10:], at, 4e-3, x)
+    assert where[:, 0].min() == at[10] and set(of[len(at) - 10 :]) == {len(at) - 11}
+    assert not len(carried_beyond(place[:0], at, 4e-3, x)[0])
+
+
 def test_a_groove_goes_on_beyond_the_passes_ends_and_is_mirrored_with_its_track():
     field = np.zeros((2, 40, 60))
     field[:, 10:30, 20:40] = np.linspace(1, 2, 20)[:, None]
@@ -175,6 +190,19 @@ def test_a_crossing_flows_first_and_heaps_a_part_of_its_metal(site, tmp_path):
     for name in ("depth", "flow", "strain"):
         assert (getattr(again.worn, name) == getattr(end.worn, name)).all()
     assert (again.log == end.log).all() and end.log[-1, 6] == end.worn.flow_depth
+
+
+def test_a_wheel_in_its_own_groove_does_not_strike_where_the_pass_begins(site):
+    """Two passes' flow moves the wing's force by less than a tenth of the static load over the first 40 mm: the groove
+    is nearly even there. Carried on beside the line in which the wheel comes it rang by as much as that load."""
+    *_, end = evolve(site, 2, Stepping(block=2, deepest=1e9, flow_step=100e-6))
+    one, load = site.passes[0], site.passes[0].scene.static_wheel_load
+    flat, grooved = (
+        dynamics(one, site.crossing(shape), site.run, site.spacing)[1] for shape in (site.first(), end.worn)
+    )
+    at = np.linspace(0.282, 0.32, 50)
+    change = np.interp(at, grooved.x, grooved.force[0]) - np.interp(at, flat.x, flat.force[0])
+    assert end.worn.flow[0].max() > 50e-6 and np.abs(change).max() < 0.1 * load
 
 
 def test_steel_that_flows_until_the_shape_roughens_ends_the_study_with_both_forces(site):
