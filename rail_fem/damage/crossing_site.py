@@ -8,9 +8,9 @@ vertically; its lateral position is the kind's own.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -18,7 +18,8 @@ from bem.patch import Patch
 from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import BODIES, NO_METAL
 from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
-from rail_fem.contact.contact_table import ContactTable, fresh_table, table_key
+from rail_fem.contact.contact_law import ContactLaw
+from rail_fem.contact.contact_table import ContactTable, fresh_table, patch_sizes, table_key
 from rail_fem.damage.contact_facts import ContactFacts, facts_of
 from rail_fem.damage.crossing import PassContacts, PatchOptions, footprints, table_contacts, wear_field
 from rail_fem.damage.deposit import Footprints, deposit
@@ -40,6 +41,7 @@ from rail_fem.scene.units import show
 from rail_fem.settings.damage import Deposit
 from rail_fem.settings.light import RigidHertzSettings
 
+LEAST_FLOW = 1e-6  # that steel has flowed, or it is virgin [m]
 WITHIN = 3e-3  # below the body that carries, where the other is looked at: no wheel presses so deep [m]
 
 
@@ -228,7 +230,9 @@ def pass_wear(
     site: CrossingSite, one: CrossingPass, crossing: AnyCrossing, shape: WornSurface | None = None
 ) -> PassWear:
     """One pass over a crossing as it is now, its steel as a shape says: forces, patches, wear, grooves."""
-    table, light = dynamics(one, crossing, site.run, site.spacing)
+    flows = site.flow_law is not None and shape is not None
+    yields = partial(left_to_flow, site, one.scene, shape) if flows else None
+    table, light = dynamics(one, crossing, site.run, site.spacing, yields)
     order = np.argsort(light.x)
     at_table = np.stack([np.interp(table.x, light.x[order], own[order]) for own in light.force])
     contacts = table_contacts(one.scene, table, at_table, one.options)
@@ -316,11 +320,43 @@ def _hardest(contacts: PassContacts, body: int) -> Patch | None:
     return contacts[int(own[np.argmax(contacts.patches.normal_force[own])])].patch if len(own) else None
 
 
+def left_to_flow(site: CrossingSite, scene: Scene, shape: WornSurface, table: ContactTable) -> np.ndarray:
+    """(2, n) of the groove that the static load presses at each position of a table, the part that is still to press: 1
+    on steel that has not flowed, 0 on steel at rest."""
+    out = np.ones(table.stiffness.shape)
+    for b, body in enumerate(BODIES):
+        near = table.stiffness[b] > 0
+        load, radii = scene.static_wheel_load / np.cos(table.angle[b, near]), table.radii[b, near]
+        width = patch_sizes(load, radii, table.modulus[b])[:, 1] * np.cos(table.angle[b, near])
+        at = np.full(len(load), b), table.point[b, near]
+        strain = mean_under(shape.known_strain, site.grid, *at, width)
+        flowed = np.maximum(mean_under(shape.known_flow, site.grid, *at, 0 * width), 0.0)
+        steel = getattr(scene.materials, body).steel()
+        still = grooves(load, radii, table.modulus[b], load, steel, strain, site.flow_law.limit, flowed).depth
+        out[b, near] = np.where(flowed > LEAST_FLOW, still / np.maximum(still + flowed, LEAST_FLOW), 1.0)
+    return out
+
+
 def dynamics(
-    one: CrossingPass, crossing: AnyCrossing, run: RigidHertzSettings, spacing: float
+    one: CrossingPass,
+    crossing: AnyCrossing,
+    run: RigidHertzSettings,
+    spacing: float,
+    yields: Callable[[ContactTable], np.ndarray] | None = None,
 ) -> tuple[ContactTable, LightPass]:
-    """Table of contacts on a crossing as it is now, and the pass over it."""
+    """Table of contacts on a crossing as it is now, and the pass over it. yields : of a table, the part (2, n) of what
+    virgin steel is indented by that its steel still is; None: all"""
     scene = one.scene
     key = table_key(scene, *run.window(scene), spacing, one.shift)._replace(crossing=crossing)
     table = fresh_table(key, WITHIN)
-    return table, run_pass(scene, run, contacts_of(scene, run, table))
+    virgin = contacts_of(scene, run, table)
+    if yields is None:
+        return table, run_pass(scene, run, virgin)
+    part = yields(table)
+
+    def contacts(x: np.ndarray) -> ContactLaw:
+        law = virgin(x)
+        share = np.tile(table.between(x, part), (len(law.height) // len(part), 1))
+        return replace(law, plastic_compliance=law.plastic_compliance * share, relief=law.relief * share)
+
+    return table, run_pass(scene, run, contacts)

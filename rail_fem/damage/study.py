@@ -36,7 +36,7 @@ from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.show.style import in_lines
 
 STATE, RESULT, ARRAYS, REPORT = "state.npz", "damage.json", "damage.npz", "report.md"
-VERSION = 8  # 8: a groove heaps up a tenth of its metal, blocks flow a step at most
+VERSION = 9  # 9: grooves go on along their line; steel is indented by what is still to flow, and along 4 mm
 DEFINITION = (
     "Archard's k is its mean over a cell that a border of the map crosses"  # what a state of before does not hold
 )

@@ -11,7 +11,7 @@ from bem.exact.hertz import point_contact
 from bem.exact.kalker import check_ellipse
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.contact.contact_table import DEPTHS, VIRTUAL, equivalent_paraboloid, hertz_constants
-from rail_fem.damage.crossing_site import dynamics
+from rail_fem.damage.crossing_site import dynamics, left_to_flow
 from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.flowed_surface import HEAPED, flow_in_passes, passes_to_flow, spread_along, with_heaps
 from rail_fem.damage.groove import DEEPEST, FlowLaw, carried_beyond, groove_strips, grooves, held_beyond
@@ -203,6 +203,22 @@ def test_a_wheel_in_its_own_groove_does_not_strike_where_the_pass_begins(site):
     at = np.linspace(0.282, 0.32, 50)
     change = np.interp(at, grooved.x, grooved.force[0]) - np.interp(at, flat.x, flat.force[0])
     assert end.worn.flow[0].max() > 50e-6 and np.abs(change).max() < 0.1 * load
+
+
+def test_steel_is_indented_by_what_is_still_to_flow(site):
+    """As virgin where none has flowed, less and less after, and at rest not at all: its pass is the elastic one."""
+    one, table = site.passes[0], dynamics(site.passes[0], site.crossing(site.first()), site.run, site.spacing)[0]
+    first = site.first()
+    assert (left_to_flow(site, one.scene, first, table) == 1).all()
+    parts = []
+    for passes in (1, 3):
+        *_, end = evolve(site, passes, Stepping(block=2, deepest=1e9, flow_step=100e-6))
+        parts.append(left_to_flow(site, one.scene, end.worn, table)[1, table.stiffness[1] > 0])
+    assert (parts[0] >= 0).all() and parts[1].mean() < parts[0].mean() < 1
+    runs = [site.run, site.run.model_copy(update={"plastic_indentation": False})]
+    rest = lambda table: np.zeros(table.stiffness.shape)
+    at_rest, elastic = (dynamics(one, site.crossing(first), run, site.spacing, rest)[1].force for run in runs)
+    np.testing.assert_allclose(at_rest, elastic, rtol=1e-9, atol=1e-6)
 
 
 def test_steel_that_flows_until_the_shape_roughens_ends_the_study_with_both_forces(site):
