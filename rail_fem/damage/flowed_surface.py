@@ -18,7 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import ndimage
 
-ALONG = 8e-3  # standard deviation along x by which what still flows is spread: half a patch's length [m]
+ALONG = 4e-3  # standard deviation along x by which what still flows is spread: a Hertz patch of 8 mm half-length [m]
 LEAST = 1e-12  # sum of a line's depths that counts as a groove [m]
 HEAPED = 0.1  # of a groove's metal; heaps of fe_full (2 mm) are 0.08 to 0.11 of their groove's depth, wing and nose
 FLAT = 0.1e-3  # fall of a face beside the groove that counts as none [m]
