@@ -190,40 +190,29 @@ class StressInfluence:
         flat = self._corner_spectra.reshape(len(self.levels), COUNT, -1)
         weigh = lambda table: np.einsum("ocf,lfk->lock", table, flat, optimize=True)
         near = weigh(full[..., 0, 0]) + self.levels[:, None, None, None] * weigh(full[..., 1, 0])
-        parts = [weigh(surface[..., m, n]) for m in (0, 1) for n in (0, 1)]
+        parts = [[weigh(surface[..., m, n]) for n in (0, 1)] for m in (0, 1)]
         own = np.array([rows @ facing_layers(FROM_DEVIATOR[:, c], elastic) for c in range(5)]).T * signs
         touching = np.einsum("ocf,fk->ock", face, flat[0]) * (1 + turned)[..., None] + own[..., None]
-        return _assemble(near, turned, touching, *parts, cells.nz, cells.dz)
+        return _assemble(near, turned, touching, parts, cells.nz, cells.dz)
 
 
-@njit(cache=True)
-def _assemble(near, turned, touching, p00, p01, p10, p11, nz, dz):
+def _assemble(near, turned, touching, parts, nz, dz):
     """Means over layer i of the field of layer j: second differences over the distances of their faces."""
-    levels, outputs, inputs, modes = near.shape
-    matrix = np.empty((modes, nz * inputs, nz * outputs))
-    for i in range(nz):
-        for j in range(nz):
+    _, outputs, inputs, modes = near.shape
+    matrix = np.empty((modes, nz, inputs, nz, outputs))
+    turned = turned[..., None]
+    for i, j in np.ndindex(nz, nz):
+        if i == j:
+            value = touching - (1 + turned) * (near[0] - near[1]) / dz
+        else:
             far = abs(i - j)
-            for o in range(outputs):
-                for c in range(inputs):
-                    side = turned[o, c] if i < j else 1.0
-                    for k in range(modes):
-                        if i == j:
-                            value = touching[o, c, k] - (1 + turned[o, c]) * (near[0, o, c, k] - near[1, o, c, k]) / dz
-                        else:
-                            value = (
-                                side / dz * (near[far - 1, o, c, k] - 2 * near[far, o, c, k] + near[far + 1, o, c, k])
-                            )
-                        for a in range(2):
-                            for b in range(2):
-                                level, z, source = i + j + a + b, (i + a) * dz, (j + b) * dz
-                                sign = (1.0 if a == b else -1.0) / dz
-                                value += sign * (
-                                    p00[level, o, c, k] + z * p10[level, o, c, k]
-                                    + source * (p01[level, o, c, k] + z * p11[level, o, c, k])
-                                )  # fmt: skip
-                        matrix[k, j * inputs + c, i * outputs + o] = value
-    return matrix
+            value = (turned if i < j else 1.0) / dz * (near[far - 1] - 2 * near[far] + near[far + 1])
+        for a, b in np.ndindex(2, 2):
+            (plain, source), (depth, both) = (([part[i + j + a + b] for part in row]) for row in parts)
+            z, behind = (i + a) * dz, (j + b) * dz
+            value += (1.0 if a == b else -1.0) / dz * (plain + z * depth + behind * (source + z * both))
+        matrix[:, j, :, i] = value.transpose(2, 1, 0)
+    return matrix.reshape(modes, nz * inputs, nz * outputs)
 
 
 @njit(cache=True)

@@ -215,15 +215,3 @@ def agree_on(
     while track.widened():
         agreed = contact.agree(gap, load, tolerance, agreed.trial)
     return agreed
-
-
-def one_pass(track: PlasticTrack, deviator: np.ndarray, stride: int = 1) -> None:
-    """The load once around a ring, or from end to end of a track."""
-    trial = None
-    for column in range(0, track.last + 1, stride):
-        track.stand(column)
-        track.body.look(deviator)
-        trial = track.body.attempt(deviator, trial, 1e-5)
-        while track.widened():
-            trial = track.body.attempt(deviator, trial, 1e-5)
-        track.accept(trial)

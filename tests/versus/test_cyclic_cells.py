@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from bem.material import STEEL
-from bem.plastic.rolling import one_pass
 from bem.plastic.rolling_line import rolling_line_contact
 from bem.steel.cyclic_law import cyclic_law, plastic_return
 from bem.steel.deviator import FROM_DEVIATOR
 from bem.steel.nonlinear_kinematic import NonlinearKinematic
 from bem.steel.return_map import PlasticState, advanced, radial_return
-from tests.bem.plastic.line_shakedown import SHEAR_YIELD, rolling_line
+from tests.bem.plastic.line_shakedown import SHEAR_YIELD, one_pass, rolling_line
 
 CONSTANTS = {"modulus": [100e9, 20e9, 3e9], "recovery": [2000.0, 300.0, 20.0]}
 LAWS = {

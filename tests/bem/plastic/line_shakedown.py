@@ -16,7 +16,7 @@ from bem.cycle_jumps import CELL_ERROR, LEAST_FLOW, verdict, verdict_words
 from bem.material import STEEL
 from bem.patch import Grid
 from bem.plastic.body import PlasticBody
-from bem.plastic.rolling import PlasticTrack, one_pass
+from bem.plastic.rolling import PlasticTrack
 from bem.plastic.surface import LoadStress
 from bem.steel.deviator import FROM_DEVIATOR, equivalent_stress
 from bem.steel.hardening import Hardening, YieldLaw
@@ -142,3 +142,15 @@ def line_limits(cells: int, between: tuple[float, float] = (3.9, 4.2), tolerance
     limit = brentq(excess, *between, xtol=tolerance)
     first_yield = 1 / (equivalent_stress(deviator).max() / SHEAR_YIELD)
     return LineLimits(cells, float(first_yield), float(limit), float(1 / shear), tuple(tried))
+
+
+def one_pass(track: PlasticTrack, deviator: np.ndarray, stride: int = 1) -> None:
+    """The load once around a ring, or from end to end of a track."""
+    trial = None
+    for column in range(0, track.last + 1, stride):
+        track.stand(column)
+        track.body.look(deviator)
+        trial = track.body.attempt(deviator, trial, 1e-5)
+        while track.widened():
+            trial = track.body.attempt(deviator, trial, 1e-5)
+        track.accept(trial)

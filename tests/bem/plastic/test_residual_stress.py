@@ -5,11 +5,10 @@ import pytest
 
 from bem.material import STEEL, Elastic
 from bem.plastic.influence import Cells, StressInfluence
-from bem.plastic.rolling import one_pass
 from bem.steel.deviator import FROM_DEVIATOR, TO_DEVIATOR, stress_of
 from bem.steel.hardening import Hardening
 from tests.bem.plastic.cuboid import Cuboid, cuboid_stress
-from tests.bem.plastic.line_shakedown import YIELD, rolling_line
+from tests.bem.plastic.line_shakedown import YIELD, one_pass, rolling_line
 from tests.bem.plastic.short_track import short_track
 
 

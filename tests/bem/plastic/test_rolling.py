@@ -6,7 +6,7 @@ import pytest
 from bem.material import STEEL
 from bem.patch import ContactInputError
 from bem.plastic.influence import Cells, StressInfluence
-from bem.plastic.rolling import PlasticTrack, one_pass
+from bem.plastic.rolling import PlasticTrack
 from bem.steel.deviator import FROM_DEVIATOR
 from bem.steel.hardening import Hardening
 from bem.steel.nonlinear_kinematic import NonlinearKinematic
@@ -16,6 +16,7 @@ from tests.bem.plastic.line_shakedown import (
     YIELD,
     last_growth,
     line_limits,
+    one_pass,
     repeat_passes,
     rolling_line,
 )
