@@ -19,15 +19,7 @@ def mesh_grid(x: np.ndarray, y: np.ndarray, z: np.ndarray, name: str = "box") ->
     )
     faces, _ = boundary_faces(cells)
     surface = faces[(faces % shape[2] == shape[2] - 1).all(axis=1)]
-    return HexMesh(
-        points,
-        cells,
-        np.zeros(len(cells), np.int8),
-        (name,),
-        surface,
-        np.zeros(len(surface), np.int8),
-        number[:, :, 0].ravel(),
-    )
+    return HexMesh.of_body(name, points, cells, surface, number[:, :, 0].ravel())
 
 
 def mesh_box(
@@ -97,17 +89,9 @@ def mesh_cap(
     faces, _ = boundary_faces(flat.cells)
     surface = faces[np.isin(faces, bottom).all(axis=1)]
     if facing == "down":
-        return HexMesh(points, flat.cells, flat.region, (name,), surface, np.zeros(len(surface), np.int8), top)
+        return HexMesh.of_body(name, points, flat.cells, surface, top)
     points[:, 2] *= -1
-    return HexMesh(
-        points,
-        flat.cells[:, [4, 5, 6, 7, 0, 1, 2, 3]],
-        flat.region,
-        (name,),
-        surface[:, ::-1].copy(),
-        np.zeros(len(surface), np.int8),
-        top,
-    )
+    return HexMesh.of_body(name, points, flat.cells[:, [4, 5, 6, 7, 0, 1, 2, 3]], surface[:, ::-1].copy(), top)
 
 
 def cap_height(x: np.ndarray, y: np.ndarray, radius_x: float, radius_y: float, shape: str) -> np.ndarray:

@@ -12,7 +12,7 @@ from geometry.meshing.gmsh_process import gmsh_process
 from geometry.meshing.hexmesh import FoldedCellError, HexMesh, MeshError, merge_bodies
 from geometry.meshing.quality import check_shapes
 from geometry.meshing.section.curve import cut_at_base
-from geometry.meshing.section.parts import try_sizes
+from geometry.meshing.section.parts import size_errors, try_sizes
 from geometry.meshing.section.quads import FLAT_CORNER, check_room, mesh_section
 from geometry.meshing.section.rings import depth_steps, ring_width
 from geometry.meshing.sweep.carry import carry_section
@@ -258,18 +258,7 @@ def check_body(name: str, body: BodyMeshSpec, spec: CrossingMeshSpec) -> None:
     else:
         if not body.x_range[0] <= body.fine_x[0] < body.fine_x[1] <= body.x_range[1]:
             errors.append(f"fine_x {body.fine_x} m must be a range inside x_range {body.x_range} m")
-        if body.coarse < spec.element_size:
-            errors.append(
-                f"coarse size {body.coarse * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm:"
-                " take smaller elements or a larger coarse size"
-            )
-        if body.fine_depth < spec.element_size:
-            errors.append(
-                f"fine_depth {body.fine_depth * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm:"
-                " take smaller elements or a deeper fine zone"
-            )
-        if not 1.05 <= spec.growth <= 3:
-            errors.append(f"growth {spec.growth} is outside [1.05, 3]")
+        errors += size_errors(spec.element_size, body.coarse, body.fine_depth, spec.growth)
     if errors:
         raise MeshError(f"mesh of the {name}: " + "; ".join(errors))
 

@@ -166,26 +166,37 @@ def _fill(gmsh, polygon, largest, algorithm):
 
 
 def _define(gmsh, polygon, largest, algorithm):
+    corners, surface = outlined(gmsh, polygon)
+    gmsh.model.geo.mesh.setRecombine(2, surface)
+    gmsh.model.geo.synchronize()
+    set_options(
+        gmsh,
+        Algorithm=algorithm,
+        RecombinationAlgorithm=BLOSSOM,
+        MeshSizeMax=largest,
+        MeshSizeExtendFromBoundary=1,
+        MeshSizeFromPoints=0,
+        RandomSeed=1,
+        RecombineMinimumQuality=1e-4,
+        Smoothing=5,
+    )
+    return corners
+
+
+def outlined(gmsh, polygon):
+    """Corners of a polygon (n, 2) whose edges become edges of elements, and its surface."""
     geo, count = gmsh.model.geo, len(polygon)
     corners = [geo.addPoint(y, z, 0.0) for y, z in polygon]
     lines = [geo.addLine(corners[i], corners[(i + 1) % count]) for i in range(count)]
     for line in lines:
         geo.mesh.setTransfiniteCurve(line, 2)
-    surface = geo.addPlaneSurface([geo.addCurveLoop(lines)])
-    geo.mesh.setRecombine(2, surface)
-    geo.synchronize()
-    for option, value in [
-        ("Algorithm", algorithm),
-        ("RecombinationAlgorithm", BLOSSOM),
-        ("MeshSizeMax", largest),
-        ("MeshSizeExtendFromBoundary", 1),
-        ("MeshSizeFromPoints", 0),
-        ("RandomSeed", 1),
-        ("RecombineMinimumQuality", 1e-4),
-        ("Smoothing", 5),
-    ]:
-        gmsh.option.setNumber("Mesh." + option, value)
-    return corners
+    return corners, geo.addPlaneSurface([geo.addCurveLoop(lines)])
+
+
+def set_options(gmsh, **options: float) -> None:
+    """Options of Gmsh's meshing by name."""
+    for name, value in options.items():
+        gmsh.option.setNumber(f"Mesh.{name}", value)
 
 
 def _read(gmsh, corners):

@@ -42,6 +42,14 @@ class HexMesh:
     surface_region: np.ndarray
     clamp: np.ndarray
 
+    @classmethod
+    def of_body(
+        cls, name: str, points: np.ndarray, cells: np.ndarray, surface: np.ndarray, clamp: np.ndarray
+    ) -> "HexMesh":
+        """Of one body."""
+        none = np.zeros(len(cells), np.int8), np.zeros(len(surface), np.int8)
+        return cls(points, cells, none[0], (name,), surface, none[1], clamp)
+
 
 def boundary_faces(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Faces that belong to one cell only.

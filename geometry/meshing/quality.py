@@ -54,10 +54,8 @@ class MeshQuality:
             "mesh: " + ", ".join(f"{count} {name}" for name, count in self.counts.items()),
             f"worst scaled Jacobian {self.worst_scaled_jacobian:.3f} at ({at}) mm",
             f"edges {self.shortest_edge * mm:.3f} to {self.longest_edge * mm:.1f} mm",
-            (
-                f"worst step {self.worst_step:.3e} s (V / A_max = {self.worst_length * mm:.3f} mm, wave speed"
-                f" {self.wave_speed:.0f} m/s); eigenvalue bound {self.worst_eigen_step:.3e} s"
-            ),
+            f"worst step {self.worst_step:.3e} s (V / A_max = {self.worst_length * mm:.3f} mm, wave speed"
+            f" {self.wave_speed:.0f} m/s); eigenvalue bound {self.worst_eigen_step:.3e} s",
             f"cost {self.cost:.3e} cell updates per second of motion",
             "slowest cells: number, centre [mm], V / A_max [mm], volume [mm3], longest over shortest edge",
         ]

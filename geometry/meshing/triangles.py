@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geometry.meshing.gmsh_fill import DELAUNAY, _check_simple, _read, gmsh_session
+from geometry.meshing.gmsh_fill import DELAUNAY, _check_simple, _read, gmsh_session, outlined, set_options
 from geometry.meshing.gmsh_process import in_gmsh_process
 from geometry.meshing.hexmesh import MeshError
 
@@ -47,12 +47,8 @@ def _fill(polygon, positions, size, reach, coarse, growth):
 
 def _define(gmsh, polygon, positions, sizes):
     size, reach, coarse, growth = sizes
-    geo, field, count = gmsh.model.geo, gmsh.model.mesh.field, len(polygon)
-    corners = [geo.addPoint(x, y, 0.0) for x, y in polygon]
-    lines = [geo.addLine(corners[i], corners[(i + 1) % count]) for i in range(count)]
-    for line in lines:
-        geo.mesh.setTransfiniteCurve(line, 2)
-    geo.addPlaneSurface([geo.addCurveLoop(lines)])
+    geo, field = gmsh.model.geo, gmsh.model.mesh.field
+    corners, _ = outlined(gmsh, polygon)
     near = [geo.addPoint(x, y, 0.0) for x, y in positions]
     geo.synchronize()
     distance, threshold = field.add("Distance"), field.add("Threshold")
@@ -67,15 +63,14 @@ def _define(gmsh, polygon, positions, sizes):
     for name, value in limits.items():
         field.setNumber(threshold, name, value)
     field.setAsBackgroundMesh(threshold)
-    options = {
-        "Algorithm": DELAUNAY,
-        "MeshSizeMin": 0,
-        "MeshSizeMax": 1e22,
-        "MeshSizeExtendFromBoundary": 0,
-        "MeshSizeFromPoints": 0,
-        "RandomSeed": 1,
-        "Smoothing": 5,
-    }
-    for option, value in options.items():
-        gmsh.option.setNumber("Mesh." + option, value)
+    set_options(
+        gmsh,
+        Algorithm=DELAUNAY,
+        MeshSizeMin=0,
+        MeshSizeMax=1e22,
+        MeshSizeExtendFromBoundary=0,
+        MeshSizeFromPoints=0,
+        RandomSeed=1,
+        Smoothing=5,
+    )
     return corners

@@ -14,7 +14,7 @@ from geometry.meshing.gmsh_process import gmsh_process
 from geometry.meshing.hexmesh import HexMesh, MeshError
 from geometry.meshing.quality import check_shapes
 from geometry.meshing.section.curve import cut_at_base
-from geometry.meshing.section.parts import try_sizes
+from geometry.meshing.section.parts import size_errors, try_sizes
 from geometry.meshing.section.quads import check_room, mesh_section
 from geometry.meshing.section.rings import depth_steps, ring_width
 from geometry.meshing.sweep.sweep import sweep
@@ -134,13 +134,7 @@ def check_wheel(radius: float, spec: WheelMeshSpec) -> None:
                 f"fine_half_length {spec.fine_half_length * 1e3:.1f} mm must lie in the sector of"
                 f" +-{np.degrees(spec.half_angle):.1f} degrees, and that within +-90"
             )
-        if spec.coarse < spec.element_size or spec.fine_depth < spec.element_size:
-            errors.append(
-                f"coarse {spec.coarse * 1e3:.2f} mm and fine_depth {spec.fine_depth * 1e3:.2f} mm must not be below the"
-                f" element size {spec.element_size * 1e3:.2f} mm: take smaller elements"
-            )
-        if not 1.05 <= spec.growth <= 3:
-            errors.append(f"growth {spec.growth} is outside [1.05, 3]")
+        errors += size_errors(spec.element_size, spec.coarse, spec.fine_depth, spec.growth)
     if (
         not spec.bands
         or any(not start < end for start, end in spec.bands)

@@ -209,11 +209,9 @@ def upright(points, lines, raw, kind, mirror, out):
     if side < 0:
         out.say(
             "repaired",
-            (
-                "mirrored: the flange lay on the side of +y"
-                if kind == "wheel"
-                else "mirrored as told: its gauge side lay at +y"
-            ),
+            "mirrored: the flange lay on the side of +y"
+            if kind == "wheel"
+            else "mirrored as told: its gauge side lay at +y",
         )
     if points[0, 0] > points[-1, 0]:
         points, lines = points[::-1], lines[::-1]

@@ -41,6 +41,16 @@ class SectionSizes:
         return self.coarse + DEEPER * np.maximum(below - self.deeper_from, 0.0)
 
 
+def size_errors(fine: float, coarse: float, depth: float, growth: float) -> list[str]:
+    """What is wrong with sizes [m] and their growth."""
+    errors = [
+        f"{what} {size * 1e3:.2f} mm is below the element size {fine * 1e3:.2f} mm: take smaller elements or a {remedy}"
+        for what, size, remedy in (("coarse size", coarse, "larger one"), ("fine_depth", depth, "deeper fine zone"))
+        if size < fine
+    ]
+    return errors + ([] if 1.05 <= growth <= 3 else [f"growth {growth} is outside [1.05, 3]"])
+
+
 def try_sizes(
     make: Callable[[SectionSizes], Made],
     fine: float,

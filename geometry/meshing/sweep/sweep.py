@@ -48,15 +48,7 @@ def sweep(
     along = station[surface].max(axis=1) > station[surface].min(axis=1)
     surface = surface[along & on_outline[surface].all(axis=1)]
     clamped = on_base | (cut_ends_clamped & ((station == 0) | (station == stations - 1)))
-    return HexMesh(
-        positions.reshape(-1, 3)[used],
-        cells,
-        np.zeros(len(cells), np.int8),
-        (name,),
-        surface,
-        np.zeros(len(surface), np.int8),
-        np.flatnonzero(clamped),
-    )
+    return HexMesh.of_body(name, positions.reshape(-1, 3)[used], cells, surface, np.flatnonzero(clamped))
 
 
 def _cells(section, stations):
