@@ -70,7 +70,7 @@ def fill_with_cells(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]
     if mesh.infinite:
         raise CellError("an infinite body cannot be filled with cells: cut it off, or go by the Laplace domain")
     corner, side = _quadtree(mesh, size)
-    loops = _loops(mesh)
+    loops = [mesh.start[loop] for loop in mesh.loops]
     inward = signed_distance(mesh, corner + side[:, None] / 2)
     near = np.abs(inward) < side * np.sqrt(0.5)
     edges, kept, whole = [], [], []
@@ -131,12 +131,6 @@ def _moments(start: np.ndarray, end: np.ndarray) -> tuple[float, complex]:
     if area == 0:
         return 0.0, origin
     return float(area), origin + ((a + b) * double).sum() / (6 * area)
-
-
-def _loops(mesh: BoundaryMesh) -> list[np.ndarray]:
-    """Complex vertices of each closed loop of a boundary mesh, the material on their left."""
-    breaks = np.flatnonzero(mesh.following != np.arange(1, mesh.elements + 1)) + 1
-    return [mesh.start[a:b] for a, b in zip(np.r_[0, breaks[:-1]], breaks)]
 
 
 def _quadtree(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

@@ -70,6 +70,14 @@ def flexibilities(
     )
 
 
+def sliding_flexibility(flexibility: np.ndarray, slip: np.ndarray, size: np.ndarray | float) -> np.ndarray:
+    """(...,) the mean of L1, L2, L3 (..., 3) [m/Pa] weighted by |longitudinal|, |lateral| and |spin| `size` of slips
+    (..., 3), of which size (...,) is sqrt(ab) [m]."""
+    weights = np.abs(slip) * np.stack(np.broadcast_arrays(1.0, 1.0, size), axis=-1)
+    weights = np.where(weights.any(axis=-1, keepdims=True), weights, 1.0)
+    return (flexibility * weights).sum(axis=-1) / weights.sum(axis=-1)
+
+
 def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float, float, float]:
     """(semi_x, semi_y, x, y) [m] of the ellipse with the patch's area, centre and ratio of second moments of area."""
     x, y = (positions[pressure > 0] for positions in grid.points())
@@ -200,8 +208,7 @@ def _part_rates(
     nominal = creepage.about(y)
     slip = np.array([nominal.longitudinal - nominal.spin * y, nominal.lateral + nominal.spin * x, nominal.spin])
     flexibility = np.array(flexibilities(semi_x, semi_y, pair)) / initial_slope
-    weights = np.abs(slip) * [1, 1, np.sqrt(semi_x * semi_y)]
-    sliding = np.average(flexibility, weights=weights if weights.any() else None)
+    sliding = float(sliding_flexibility(flexibility, slip, np.sqrt(semi_x * semi_y)))
     if isinstance(creepage, LocalCreepage):
         return strip_rates(creepage.strips(grid.y), slip, (x, y), flexibility, sliding, grid.y)
     return np.array([[*(slip / flexibility), *(slip / sliding), x, y, sliding]])

@@ -176,15 +176,11 @@ def strain_warning(pressure: np.ndarray, first: Elastic, second: Elastic) -> tup
         return ()
     if highest <= _LARGE_STRAIN * young:
         return (
-            (
-                f"largest pressure {highest:.3g} Pa is above {_YIELDING:g} of Young's modulus: steel yields from 1.6"
-                " times its yield stress on, rail steels (500 to 900 MPa) at 0.8 to 1.4 GPa; the elastic pressure is"
-                " too high and the patch too small"
-            ),
+            f"largest pressure {highest:.3g} Pa is above {_YIELDING:g} of Young's modulus: steel yields from 1.6"
+            " times its yield stress on, rail steels (500 to 900 MPa) at 0.8 to 1.4 GPa; the elastic pressure is"
+            " too high and the patch too small",
         )
     return (
-        (
-            f"largest pressure {highest:.3g} Pa is {highest / young:.2g} of Young's modulus: small strains no longer"
-            " hold, and steel has yielded long before"
-        ),
+        f"largest pressure {highest:.3g} Pa is {highest / young:.2g} of Young's modulus: small strains no longer hold,"
+        " and steel has yielded long before",
     )

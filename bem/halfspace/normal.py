@@ -19,7 +19,7 @@ from bem.checks import refuse_unless_positive
 from bem.halfspace.coarse import coarse_field, coarse_grid, edge_share, error_bound, fine_pressure
 from bem.halfspace.input import check_cells, check_control, check_inside, gap_values, strain_warning
 from bem.halfspace.positioning import Window, evaluate_gap, position_grid, widened
-from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
+from bem.halfspace.pressure import NormalOperator, solve_pressure
 from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, ErrorEstimate, Grid, Patch
 from bem.renamed import renamed
@@ -130,10 +130,8 @@ def _placed(gap, pair, load, approach, window, cells, accuracy, estimate) -> Pat
             return patch
         elif 2 * max(grid.shape) > _LARGEST_GRID:
             patch.warnings += (
-                (
-                    f"accuracy {accuracy:g} not reached at {grid.nx} x {grid.ny} cells: estimated "
-                    f"{patch.error.max_pressure:.1g}"
-                ),
+                f"accuracy {accuracy:g} not reached at {grid.nx} x {grid.ny} cells: estimated "
+                f"{patch.error.max_pressure:.1g}",
             )
             return patch
         else:
@@ -156,23 +154,12 @@ def _solve(gap: Gap, grid: Grid, pair: Pair, load, approach, estimate: bool) -> 
         solution.approach,
         HALF_SPACE,
         cost=Cost(np.nan, solution.iterations, operator.products),
-        warnings=_warnings(solution),
+        warnings=solution.notes,
     )
     if estimate and coarse is not None:
         coarser = _coarse_patch(gap, coarse.grid, coarse.gap, pair, load, approach)
         patch.error = _estimate(coarser, coarse, patch, approach is None)
     return patch
-
-
-def _warnings(solution: PressureSolution) -> tuple[str, ...]:
-    if solution.converged:
-        return ()
-    return (
-        (
-            f"pressure not converged: residual {solution.residual:.1e} of the approach after {solution.iterations}"
-            " iterations"
-        ),
-    )
 
 
 def _coarse_patch(gap: Gap, fine: Grid, values: np.ndarray, pair: Pair, load, approach) -> Patch | None:

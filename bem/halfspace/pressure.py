@@ -59,6 +59,12 @@ class PressureSolution:
     residual: float
     converged: bool
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A warning where it has not converged."""
+        words = f"residual {self.residual:.1e} of the approach after {self.iterations} iterations"
+        return () if self.converged else (f"pressure not converged: {words}",)
+
 
 def solve_pressure(
     operator: NormalOperator,

@@ -14,7 +14,14 @@ import numpy as np
 from scipy import ndimage
 
 from bem.exact.kalker_table import coefficient_rows
-from bem.halfspace.fastsim import elliptic_patch, equivalent_ellipse, flexibilities, march, strip_rates
+from bem.halfspace.fastsim import (
+    elliptic_patch,
+    equivalent_ellipse,
+    flexibilities,
+    march,
+    sliding_flexibility,
+    strip_rates,
+)
 from bem.halfspace.input import check_creepage, check_friction
 from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import Elastic, Pair
@@ -205,9 +212,7 @@ def _rates(
     a, b = wide * semi[:, 0], deep * semi[:, 1]
     c = coefficient_rows(a / b, pair.poisson)
     flexibility = np.stack(flexibilities(a, b, pair, c), axis=1) / initial_slope
-    weights = np.abs(creepage) * np.stack([np.ones_like(a), np.ones_like(a), np.sqrt(a * b)], axis=1)
-    weights = np.where(weights.sum(axis=1)[:, None] > 0, weights, 1.0)
-    sliding = (flexibility * weights).sum(axis=1) / weights.sum(axis=1)
+    sliding = sliding_flexibility(flexibility, creepage, np.sqrt(a * b))
     if strips is not None:
         rates = np.zeros((len(semi), 2, unit.grid.ny, 9))
         for k, own in enumerate(strips):

@@ -224,10 +224,8 @@ def _solve(
     notes += _convergence_notes(solution, turns, tolerance)
     if estimate and np.isnan(error.tangential_force) and solution.traction.any():
         notes += (
-            (
-                f"error of the tangential force not estimated: the patch is under {2 * _COARSEST_CELLS} cells across;"
-                " refine the grid"
-            ),
+            f"error of the tangential force not estimated: the patch is under {2 * _COARSEST_CELLS} cells across;"
+            " refine the grid",
         )
     if direction < 0:
         solution = replace(
@@ -478,10 +476,8 @@ def _convergence_notes(solution: FrictionSolution, turns: int, tolerance: float)
     notes: tuple[str, ...] = ()
     if solution.residual > tolerance:
         notes += (
-            (
-                f"friction not converged: residual {solution.residual:.1e} of the tractions after {solution.iterations}"
-                " iterations"
-            ),
+            f"friction not converged: residual {solution.residual:.1e} of the tractions after {solution.iterations}"
+            " iterations",
         )
     if turns < 0:
         notes += (f"normal and tangential problem still change each other after {_MAX_TURNS} turns",)

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bem.exact.kalker_table import coefficient_rows
-from bem.halfspace.fastsim import flexibilities, spring_step
+from bem.halfspace.fastsim import flexibilities, sliding_flexibility, spring_step
 from bem.material import Pair
 from bem.patch import ContactInputError
 from kernel_cache import njit
@@ -86,9 +86,7 @@ def transient(
     semi, load = history.semi, history.load
     a, b = semi.T
     flexibility = np.stack(flexibilities(a, b, pair, coefficient_rows(a / b, pair.poisson)), axis=1)
-    share = np.abs(history.creepage) * np.stack([1 + 0 * load, 1 + 0 * load, np.sqrt(semi.prod(axis=1))], axis=1)
-    share = np.where(share.sum(axis=1)[:, None] > 0, share, 1.0)
-    mean = lambda rows: (rows * share).sum(axis=1) / share.sum(axis=1)
+    mean = lambda rows: sliding_flexibility(rows, history.creepage, np.sqrt(semi.prod(axis=1)))
     sliding = mean(flexibility)
     keeps = mean(np.vstack([flexibility[:1], flexibility[:-1]])) / sliding if carry == "displacement" else 1 + 0 * load
     low, high = (history.centre - semi).min(axis=0), (history.centre + semi).max(axis=0)

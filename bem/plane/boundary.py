@@ -64,9 +64,13 @@ def check_memory(unknowns: int, limit: float) -> None:
 
 def displacement_matrix(points: np.ndarray, mesh: BoundaryMesh, material: Elastic) -> np.ndarray:
     """Displacement (2m, 2n) [m/Pa] at points (m, 2), all x then all y, of the densities."""
+    return displacement_map(*hat_displacements(points, mesh), material)
+
+
+def hat_displacements(points: np.ndarray, mesh: BoundaryMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Integrals (m, n) of ln r and e^(2 i theta) [m] at points (m, 2) over the hats of a mesh."""
     z = points[:, 0] + 1j * points[:, 1]
-    log_r, twist = displacement_integrals(z, mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities)
-    return displacement_map(log_r, twist, material)
+    return displacement_integrals(z, mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities)
 
 
 def displacement_map(
@@ -98,11 +102,14 @@ def stress_map(a: np.ndarray, b: np.ndarray, kappa: float, area: np.ndarray | fl
 def resultant_matrix(mesh: BoundaryMesh, material: Elastic, out: np.ndarray | None = None) -> np.ndarray:
     """Resultant of the traction over each cell (2n, 2n) [m], all x then all y, of the densities; written into `out`
     where given."""
+    return resultant_map(cell_integrals(mesh), material, out)
+
+
+def cell_integrals(mesh: BoundaryMesh) -> ResultantIntegrals:
+    """Of the hats of a mesh over its own cells."""
     points, begin, end, cell = mesh.paths()
-    integrals = resultant_integrals(
-        points, begin, end, cell, mesh.densities, mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities
-    )
-    return resultant_map(integrals, material, out)
+    n = mesh.densities
+    return resultant_integrals(points, begin, end, cell, n, mesh.start, mesh.end, mesh.first, mesh.last, n)
 
 
 def resultant_map(integrals: ResultantIntegrals, material: Elastic, out: np.ndarray | None = None) -> np.ndarray:
@@ -122,13 +129,6 @@ def resultant_map(integrals: ResultantIntegrals, material: Elastic, out: np.ndar
     matrix[:m, n:] += turned
     matrix[m:, :n] += turned
     return matrix
-
-
-def hat_masses(mesh: BoundaryMesh) -> np.ndarray:
-    """Integral (n,) [m] of each hat."""
-    return np.bincount(mesh.first, mesh.lengths / 2, mesh.densities) + np.bincount(
-        mesh.last, mesh.lengths / 2, mesh.densities
-    )
 
 
 def rigid_modes(points: np.ndarray, center: np.ndarray) -> np.ndarray:
@@ -162,7 +162,7 @@ class BoundaryProblem:
     def __post_init__(self) -> None:
         n = self.mesh.densities
         check_memory(2 * n + 5, self.memory_limit)
-        hollow = self.mesh.infinite or self.mesh.loops > 1
+        hollow = self.mesh.infinite or len(self.mesh.loops) > 1
         if hollow and self.material.poisson > _HOLLOW_POISSON and not self.dilating:
             raise MaterialError(
                 f"Poisson's ratio {self.material.poisson} of a body with a hole: the fictitious material in the hole "
@@ -229,7 +229,7 @@ class BoundaryProblem:
         if self._anchored:
             modes = self._turn(rigid_modes(self.mesh.middles, self.center)[:, :2])
             matrix[: 2 * n, 2 * n : 2 * n + 2][self._mask] = modes[self._mask]  # the unknown is shift * stiffness
-            mass = hat_masses(self.mesh) / self.size
+            mass = self.mesh.cell_length / self.size
             matrix[2 * n, :n] = matrix[2 * n + 1, n : 2 * n] = mass
         if f:
             matrix[: 2 * n, 2 * n + shift :][~self._mask] = free_modes[~self._mask]

@@ -8,7 +8,6 @@ wiggle that the tractions can make is felt by an elastic body, even if the other
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -32,6 +31,7 @@ from bem.plane.initial_contact import nearest_positions
 from bem.plane.mesh import mesh_outline
 from bem.plane.pairing import Interface, PairingError, pair
 from bem.plane.zone import NARROWEST, EstimatedPatch, estimate_patches, peak_sharpness, runs, sizing
+from bem.stages import StageClock
 
 
 class LoadError(ValueError):
@@ -253,19 +253,18 @@ def solve_contact(
     """
     refuse_bad_friction(friction)
     controls = _load_steps(control, steps, friction)
-    clock = dict.fromkeys(("zone", "mesh", "factorise", "condense", "steps"), 0.0)
+    clock = StageClock()
     reach = settings.reach or moving.outline.size / 2
-    tick = time.perf_counter()
     moving, controls, initial_approach, near = _bring_into_contact(fixed, moving, controls, reach)
     greatest = max((d for d in controls if not _zero(d)), key=lambda d: np.nansum(np.abs(d.load)), default=None)
     patches = [] if greatest is None else estimate_patches(fixed, moving, greatest, friction, reach, near)
-    clock["zone"] = time.perf_counter() - tick
+    clock.stop("zone")
     for _ in range(settings.rounds):
         result = _solve_on_mesh(fixed, moving, controls, friction, settings, patches, reach, clock)
         unresolved, patches = _unresolved(result, patches, settings)
         if not unresolved:
             break
-    result.initial_approach, result.seconds = initial_approach, clock
+    result.initial_approach, result.seconds = initial_approach, clock.seconds
     result.warnings += trust_warnings(result)
     if unresolved:
         result.warnings.append(f"{len(unresolved)} patches are coarser than asked for after {settings.rounds} rounds")
@@ -280,7 +279,6 @@ def solve_contact(
 
 
 def _solve_on_mesh(fixed, moving, controls, friction, settings, patches, reach, clock) -> ContactResult:
-    ticks = [time.perf_counter()]
     carrier = "fixed" if fixed.material.plane_modulus < 0.999 * moving.material.plane_modulus else "moving"
     sizes = [settings.size or element_size(p.sharpness, settings.accuracy) for p in patches]
     # of the patches alone
@@ -292,9 +290,9 @@ def _solve_on_mesh(fixed, moving, controls, friction, settings, patches, reach, 
             body.outline, patches, [s * ratio for s in sizes], settings.coarse * body.outline.size, settings.growth
         )
         meshes.append(mesh_outline(body.outline, wanted))
-    ticks.append(time.perf_counter())
+    clock.stop("mesh")
     pillar, mover = (CondensedBody(body, mesh, settings.memory_limit) for body, mesh in zip((fixed, moving), meshes))
-    ticks.append(time.perf_counter())
+    clock.stop("factorise")
     slave, master = (mover, pillar) if carrier == "moving" else (pillar, mover)
     interface = pair(
         slave.mesh,
@@ -306,15 +304,13 @@ def _solve_on_mesh(fixed, moving, controls, friction, settings, patches, reach, 
         _share(slave.body, master.body),
     )
     system = contact_system(interface, slave, master, 1 if carrier == "moving" else -1)
-    ticks.append(time.perf_counter())
+    clock.stop("condense")
     start = np.full(system.nodes, OPEN)
     for patch in patches:
         near = np.hypot(*(interface.points[:, None] - patch.points).T).min(axis=0) < 0.3 * patch.half_width
         start[near] = STICK if friction > 0 else FORWARD
     states = _march(system, controls, friction, start if (start != OPEN).any() else None)
-    ticks.append(time.perf_counter())
-    for name, spent in zip(("mesh", "factorise", "condense", "steps"), np.diff(ticks)):
-        clock[name] += spent
+    clock.stop("steps")
     return ContactResult(interface, system, pillar, mover, carrier, np.zeros(2), controls, states, friction)
 
 

@@ -55,10 +55,9 @@ def in_holes(mesh: BoundaryMesh) -> tuple[tuple[Dilatation, ...], np.ndarray]:
 
     Raises MaterialError for a hole that its own centroid lies outside of.
     """
-    last = np.flatnonzero(mesh.following != np.arange(1, mesh.elements + 1))
     centres, means = [], []
-    for low, high in zip(np.r_[0, last[:-1] + 1], last + 1):
-        start, end = mesh.start[low:high], mesh.end[low:high]
+    for loop in mesh.loops:
+        start, end = mesh.start[loop], mesh.end[loop]
         twice = (np.conj(start) * end).imag
         if twice.sum() > 0:  # the material on its left, inside: the outer boundary
             continue
@@ -71,7 +70,7 @@ def in_holes(mesh: BoundaryMesh) -> tuple[tuple[Dilatation, ...], np.ndarray]:
             )
         centres.append(Dilatation((float(centre.real), float(centre.imag)), float(area / np.pi)))
         mean = np.zeros((2, mesh.densities))
-        mine = np.unique(np.r_[mesh.first[low:high], mesh.last[low:high]])
+        mine = np.unique(np.r_[mesh.first[loop], mesh.last[loop]])
         mean[:, mine] = (mesh.normals[mine] * mesh.cell_length[mine, None]).T / mesh.cell_length[mine].sum()
         means.append(mean.ravel())
     return tuple(centres), np.array(means).reshape(len(centres), 2 * mesh.densities)

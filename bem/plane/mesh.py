@@ -86,9 +86,10 @@ class BoundaryMesh:
         return len(self.normals)
 
     @property
-    def loops(self) -> int:
-        """Number of closed loops: the elements after which the next is not the neighbour in the list."""
-        return int(np.sum(self.following != np.arange(1, self.elements + 1)))
+    def loops(self) -> list[slice]:
+        """The elements of each closed loop, which end where the next is not the neighbour in the list."""
+        ends = np.flatnonzero(self.following != np.arange(1, self.elements + 1)) + 1
+        return [slice(int(low), int(high)) for low, high in zip(np.r_[0, ends[:-1]], ends)]
 
     @property
     def start(self) -> np.ndarray:

@@ -199,22 +199,18 @@ def _solve(
     states = _slices(gap, plane, x, y, line_load)
     squares = np.array([_squares(y[order], state.pressure[order]) for state in states])
     grid = _grid(semi_length, y[order], squares, cells)
-    points, normals = gap.face(grid.y)
+    place = gap.place(grid.y)
     pressure = np.sqrt(np.maximum([np.interp(grid.y, y[order], row) for row in squares], 0.0))
     # cells hold what the elements carry
-    pressure *= load / ((pressure @ -(normals @ np.array(gap.slices.direction))).sum() * grid.cell_area)
+    pressure *= load / ((pressure @ -(place["normals"] @ place["direction"])).sum() * grid.cell_area)
     pressed = np.any(squares > 0, axis=0)
     coarsest = np.diff(y[order])[pressed[1:] | pressed[:-1]].max()
-    notes = (
-        (
-            (
-                f"a slice touches where elements are {coarsest:.2g} m long, {coarsest / size:.1f} times those of the"
-                " middle slice"
-            ),
+    notes: tuple[str, ...] = ()
+    if coarsest > 2 * size:
+        notes = (
+            f"a slice touches where elements are {coarsest:.2g} m long, {coarsest / size:.1f} times those of the middle"
+            " slice",
         )
-        if coarsest > 2 * size
-        else ()
-    )
     return LoadedSlicePatch(
         grid,
         gap(*grid.points()),
@@ -223,10 +219,7 @@ def _solve(
         "2.5D slices by load",
         cost=Cost(np.nan, sum(s.iterations for s in states), 0),
         warnings=notes,
-        points=points,
-        normals=normals,
-        direction=np.array(gap.slices.direction),
-        initial_approach=gap.initial_approach,
+        **place,
         slice_approach=np.array([-state.motion[1] for state in states]),
     )
 

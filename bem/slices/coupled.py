@@ -28,7 +28,6 @@ half-space: bem/halfspace/pressure.py; correction: second order in the station s
 from __future__ import annotations
 
 import os
-import time
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -42,6 +41,7 @@ from bem.material import Pair
 from bem.patch import ContactInputError, Cost, ErrorEstimate, Grid, NoContactError, Patch
 from bem.slices.section_flexibility import Flexibility, body_flexibility
 from bem.slices.slices import SliceGap, Slices
+from bem.stages import StageClock
 
 # largest error of pressure and force against CONTACT's conformal contact, 4.0 and 2.4 % on flanks of 70 degrees, over
 # 1 - the cosine between face normal and approach there
@@ -190,7 +190,7 @@ def slice_contact(
     """
     check_control(load, approach)
     cells = check_cells(cells)
-    clock = _Clock()
+    clock = StageClock()
     first, second = slices.upper.material, slices.lower.material
     gap = SliceGap(slices)
     problem = _Problem(gap, Pair.of(first, second), load, approach, threads or len(os.sched_getaffinity(0)))
@@ -243,17 +243,6 @@ class _Problem:
         ]
 
 
-class _Clock:
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def stop(self, stage: str) -> None:
-        now = time.perf_counter()
-        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
-        self._last = now
-
-
 def _check_beside_face(grid: Grid, gap: SliceGap) -> None:
     low, high = gap.window
     if grid.edges[2] >= high or grid.edges[3] <= low:
@@ -269,7 +258,7 @@ def _default_length(gap: SliceGap) -> tuple[float, float]:
 
 
 def _solve(
-    problem: _Problem, grid: Grid, window: Window, stations: int, clock: _Clock, attempts: int, cut: bool
+    problem: _Problem, grid: Grid, window: Window, stations: int, clock: StageClock, attempts: int, cut: bool
 ) -> SlicePatch:
     """Solve on a grid that is stretched as long as it cuts the patch and attempts are left."""
     low, high, corrections = np.inf, -np.inf, []
@@ -315,25 +304,13 @@ def _solve_on(problem: _Problem, grid: Grid, corrections: list[Flexibility]) -> 
         along = anew
         solution = _pressed(problem, operator, along, solution.pressure)
         iterations += solution.iterations
-    notes: tuple[str, ...] = (
-        ()
-        if solution.converged
-        else (
-            (
-                f"pressure not converged: residual {solution.residual:.1e} of the approach after "
-                f"{solution.iterations} iterations"
-            ),
-        )
-    )
+    notes = solution.notes
     if change > _GAP_KEPT:
         notes += (
-            (
-                f"the gap still changes by {change:.1g} of the deepest closure after it was taken anew {_MOST_TURNS}"
-                " times: the bodies slide along each other as far as they close; press along a direction nearer to the"
-                " face's normal"
-            ),
+            f"the gap still changes by {change:.1g} of the deepest closure after it was taken anew {_MOST_TURNS} times:"
+            " the bodies slide along each other as far as they close; press along a direction nearer to the face's"
+            " normal",
         )
-    points, normals = problem.gap.face(grid.y)
     return SlicePatch(
         grid,
         along * cosines,
@@ -342,10 +319,7 @@ def _solve_on(problem: _Problem, grid: Grid, corrections: list[Flexibility]) -> 
         "2.5D slices",
         cost=Cost(np.nan, iterations, operator.products),
         warnings=notes,
-        points=points,
-        normals=normals,
-        direction=np.array(problem.gap.slices.direction),
-        initial_approach=problem.gap.initial_approach,
+        **problem.gap.place(grid.y),
     )
 
 
@@ -404,9 +378,8 @@ def _estimate(problem: _Problem, fine: SlicePatch, stations: int) -> ErrorEstima
     )
 
 
-def _untouched(problem: _Problem, grid: Grid, clock: _Clock) -> SlicePatch:
+def _untouched(problem: _Problem, grid: Grid, clock: StageClock) -> SlicePatch:
     values = evaluate_gap(problem.gap, grid)
-    points, normals = problem.gap.face(grid.y)
     clock.stop("positioning")
     return SlicePatch(
         grid,
@@ -416,9 +389,6 @@ def _untouched(problem: _Problem, grid: Grid, clock: _Clock) -> SlicePatch:
         "2.5D slices",
         cost=Cost(clock.seconds["positioning"], 0, 0),
         warnings=("load 0 N: the bodies touch without pressure, the patch is empty",),
-        points=points,
-        normals=normals,
-        direction=np.array(problem.gap.slices.direction),
-        initial_approach=problem.gap.initial_approach,
         seconds=clock.seconds,
+        **problem.gap.place(grid.y),
     )

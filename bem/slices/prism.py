@@ -14,8 +14,14 @@ import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from bem.material import Elastic
-from bem.plane.boundary import MEMORY_LIMIT, check_memory, displacement_matrix, resultant_map
-from bem.plane.kelvin import displacement_integrals, resultant_integrals
+from bem.plane.boundary import (
+    MEMORY_LIMIT,
+    cell_integrals,
+    check_memory,
+    displacement_matrix,
+    hat_displacements,
+    resultant_map,
+)
 from bem.plane.mesh import BoundaryMesh
 from bem.slices.prism_kernel import add_wave_displacement, add_wave_resultants
 
@@ -26,15 +32,8 @@ class PrismSection:
     held : (n,) bool, densities whose displacement is zero; targets (m, 2) [m] : points whose displacement is wanted
     """
 
-    def __init__(
-        self,
-        mesh: BoundaryMesh,
-        material: Elastic,
-        held: np.ndarray,
-        targets: np.ndarray,
-        memory_limit: float = MEMORY_LIMIT,
-    ) -> None:
-        check_memory(3 * mesh.densities, memory_limit)
+    def __init__(self, mesh: BoundaryMesh, material: Elastic, held: np.ndarray, targets: np.ndarray) -> None:
+        check_memory(3 * mesh.densities, MEMORY_LIMIT)
         self.mesh, self.material, self.held, self.targets = mesh, material, held, targets
         self._start = mesh.vertices
         self._step = mesh.vertices[mesh.following] - mesh.vertices
@@ -42,30 +41,21 @@ class PrismSection:
         points = np.vstack([mesh.middles[held], targets])
         self._plane_points = points
         self._plane_rows = displacement_matrix(points, mesh, material)
-        self._plane_log = self._logarithm(points)
-
-    def _logarithm(self, points: np.ndarray) -> np.ndarray:
-        mesh = self.mesh
-        return displacement_integrals(
-            points[:, 0] + 1j * points[:, 1], mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities
-        )[0]
+        self._plane_log = hat_displacements(points, mesh)[0]
 
     def _plane_resultants(self) -> None:
         mesh = self.mesh
-        points, begin, end, cell = mesh.paths()
-        integrals = resultant_integrals(
-            points, begin, end, cell, mesh.densities, mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities
-        )
+        integrals = cell_integrals(mesh)
         self._in_plane = resultant_map(integrals, self.material)
         self._along = -integrals.angle / (2 * np.pi)
         self._path_points = np.vstack([self._start + 0.25 * self._step, self._start + 0.75 * self._step])
         normal = np.column_stack([self._step[:, 1], -self._step[:, 0]]) / mesh.lengths[:, None]
         self._path_normals, self._path_widths = np.vstack([normal, normal]), np.r_[mesh.lengths, mesh.lengths] / 2
-        self._path_cells = cell
-        log = self._logarithm(self._path_points)
+        self._path_cells = np.r_[mesh.first, mesh.last]
+        log = hat_displacements(self._path_points, mesh)[0]
         self._log_cells = np.zeros((2, mesh.densities, mesh.densities))
-        for axis in range(2):
-            np.add.at(self._log_cells[axis], cell, log * (self._path_widths * self._path_normals[:, axis])[:, None])
+        for into, normals in zip(self._log_cells, self._path_normals.T):
+            np.add.at(into, self._path_cells, log * (self._path_widths * normals)[:, None])
 
     def _resultants(self, wavenumber: float) -> np.ndarray:
         """Resultant of the traction's amplitude over each cell (3n, 3n) [m] of the densities."""

@@ -203,6 +203,12 @@ class SliceGap:
         along = self._along(s, "direction")
         return self._along(s, "at"), np.column_stack([along[:, 1], -along[:, 0]])
 
+    def place(self, y: np.ndarray) -> dict[str, np.ndarray]:
+        """Where a patch of cells at the lateral coordinates (m,) lies: `points` and what follows of a SlicePatch."""
+        points, normals = self.face(y)
+        direction = np.array(self.slices.direction)
+        return {"points": points, "normals": normals, "direction": direction, "initial_approach": self.initial_approach}
+
     def cosines(self, y: np.ndarray) -> np.ndarray:
         """(m,) share of the approach that closes the gap at the grid's lateral coordinates."""
         return -self.face(y)[1] @ np.array(self.slices.direction)

@@ -80,22 +80,14 @@ def normal_case(draw: np.random.Generator) -> list[EstimateRow]:
 
 
 def _normal_rows(method: str, patch: Patch, fine: Patch, by_load: bool) -> list[EstimateRow]:
-    normal = (
-        relative_change(patch.closure, fine.closure)
-        if by_load
-        else relative_change(patch.normal_force, fine.normal_force)
-    )
-    return [
-        EstimateRow(
-            f"{method}: largest pressure",
-            patch.error.max_pressure,
-            relative_change(patch.max_pressure, fine.max_pressure),
-        ),
-        EstimateRow(
-            f"{method}: contact area", patch.error.contact_area, relative_change(patch.contact_area, fine.contact_area)
-        ),
-        EstimateRow(f"{method}: {'approach' if by_load else 'normal force'}", patch.error.normal, normal),
+    normal = "approach" if by_load else "normal force"
+    judged = [
+        ("largest pressure", patch.error.max_pressure, "max_pressure"),
+        ("contact area", patch.error.contact_area, "contact_area"),
+        (normal, patch.error.normal, "closure" if by_load else "normal_force"),
     ]
+    true = lambda name: relative_change(getattr(patch, name), getattr(fine, name))
+    return [EstimateRow(f"{method}: {words}", estimate, true(name)) for words, estimate, name in judged]
 
 
 def tangential_case(draw: np.random.Generator, method: str) -> list[EstimateRow]:
@@ -105,21 +97,9 @@ def tangential_case(draw: np.random.Generator, method: str) -> list[EstimateRow]
     fine = normal_contact(gap, STEEL, STEEL, grid=refined(patch.grid, 4), load=load, estimate=False)
     semi_x, semi_y, _, _ = equivalent_ellipse(patch.grid, patch.pressure)
     friction, direction = draw.uniform(0.1, 0.5), draw.normal(size=3) * [1, 1, draw.random() < 0.7]
-    scale = (
-        friction
-        * load
-        / (np.pi * semi_x * semi_y)
-        * 2
-        / semi_x
-        * np.array(flexibilities(semi_x, semi_y, Pair.of(STEEL, STEEL)))
-    )
-    parts = (
-        np.exp(draw.uniform(np.log(0.1), np.log(6)))
-        * direction
-        / np.linalg.norm(direction)
-        * scale
-        * [1, 1, 1 / np.sqrt(semi_x * semi_y)]
-    )
+    slope = np.array(flexibilities(semi_x, semi_y, Pair.of(STEEL, STEEL)))
+    full = friction * load / (np.pi * semi_x * semi_y) * 2 / semi_x * slope * [1, 1, 1 / np.sqrt(semi_x * semi_y)]
+    parts = np.exp(draw.uniform(np.log(0.1), np.log(6))) * direction / np.linalg.norm(direction) * full
 
     def force(of: Patch, estimate: bool) -> Patch:
         if method == "shift":
@@ -128,13 +108,8 @@ def tangential_case(draw: np.random.Generator, method: str) -> list[EstimateRow]
         return solvers[method](of, STEEL, STEEL, friction, Creepage(*parts), estimate=estimate)
 
     found, true = force(patch, True), force(fine, False)
-    return [
-        EstimateRow(
-            f"{method}: tangential force",
-            found.error.tangential_force,
-            relative_change(found.tangential_force, true.tangential_force),
-        )
-    ]
+    error = relative_change(found.tangential_force, true.tangential_force)
+    return [EstimateRow(f"{method}: tangential force", found.error.tangential_force, error)]
 
 
 def _arc(radius: float, half_width: float) -> np.ndarray:

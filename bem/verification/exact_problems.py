@@ -97,17 +97,9 @@ def flamant_error(size: float) -> float:
     """A box of half-plane whose other sides carry Flamant's tractions, the force given to the cell beneath it: error of
     stress one element below the surface and across the box, over the largest there."""
     corners, top = np.array([[1, 0], [-1, 0], [-1, -1], [1, -1.0]]), np.array([[1, 0], [0, 0], [-1, 0.0]])
-    outline = Outline(
-        [
-            [
-                Edge(top[:2], "top"),
-                Edge(top[1:], "top"),
-                Edge(corners[1:3], "remainder"),
-                Edge(corners[2:4], "remainder"),
-                Edge(corners[[3, 0]], "remainder"),
-            ]
-        ]
-    )
+    sides = [corners[1:3], corners[2:4], corners[[3, 0]]]
+    edges = [Edge(side, "top") for side in (top[:2], top[1:])] + [Edge(side, "remainder") for side in sides]
+    outline = Outline([edges])
     mesh = mesh_outline(outline, Sizing(size, [Zone(corners, size / 10)], growth=0.4))
 
     def traction(of_x: int, of_y: int):

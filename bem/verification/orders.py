@@ -15,6 +15,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from math import radians
 
 import numpy as np
 
@@ -38,56 +40,31 @@ class OrderStudy:
 PHASES = (1.0, 1.13, 1.29)
 
 
-def _pin(degrees: int) -> OrderStudy:
-    return OrderStudy(
-        f"pin in hole, {degrees} degrees (Persson)",
-        ("largest pressure", "profile L2"),
-        lambda cells: exact.pin_errors(cells, np.radians(degrees)),
-        (6, 12, 24, 48, 96),
-        phases=PHASES,
-    )
+PEAK, BESIDE = ("largest pressure", "profile L2"), ("stress one element off", "displacement")
+LENGTHS, FINEST = (0.2, 0.1, 0.05, 0.025), (6, 12, 24, 48, 96)
+
+
+def _body(name: str, quantities: tuple[str, ...], errors: Callable) -> OrderStudy:
+    return OrderStudy(name, quantities, errors, LENGTHS, contact=False)
+
+
+def _contact(name: str, quantities: tuple[str, ...], errors: Callable, sizes: tuple[float, ...] = FINEST) -> OrderStudy:
+    return OrderStudy(name, quantities, errors, sizes, phases=PHASES)
 
 
 STUDIES = [
-    OrderStudy(
-        "pressurised ring (Lame)",
-        ("stress one element off", "displacement"),
-        exact.ring_errors,
-        (0.2, 0.1, 0.05, 0.025),
-        False,
+    _body("pressurised ring (Lame)", BESIDE, exact.ring_errors),
+    _body("hole under tension (Kirsch)", BESIDE[:1], exact.kirsch_error),
+    _body("point load on a half-plane (Flamant)", BESIDE[:1], exact.flamant_error),
+    _contact("line contact (Hertz)", PEAK, exact.hertz_errors, (3, *FINEST)),
+    *(
+        _contact(
+            f"pin in hole, {degrees} degrees (Persson)", PEAK, partial(exact.pin_errors, semi_angle=radians(degrees))
+        )
+        for degrees in (30, 45, 60, 75)
     ),
-    OrderStudy(
-        "hole under tension (Kirsch)", ("stress one element off",), exact.kirsch_error, (0.2, 0.1, 0.05, 0.025), False
-    ),
-    OrderStudy(
-        "point load on a half-plane (Flamant)",
-        ("stress one element off",),
-        exact.flamant_error,
-        (0.2, 0.1, 0.05, 0.025),
-        False,
-    ),
-    OrderStudy(
-        "line contact (Hertz)",
-        ("largest pressure", "profile L2"),
-        exact.hertz_errors,
-        (3, 6, 12, 24, 48, 96),
-        phases=PHASES,
-    ),
-    *(_pin(degrees) for degrees in (30, 45, 60, 75)),
-    OrderStudy(
-        "partial slip, Q = 0.75 mu P (Cattaneo)",
-        ("stick width", "shear L2"),
-        exact.cattaneo_errors,
-        (6, 12, 24, 48, 96),
-        phases=PHASES,
-    ),
-    OrderStudy(
-        "rolling, Q = 0.64 mu P (Carter)",
-        ("force", "stick width"),
-        exact.carter_errors,
-        (6, 12, 25, 50, 100),
-        phases=PHASES,
-    ),
+    _contact("partial slip, Q = 0.75 mu P (Cattaneo)", ("stick width", "shear L2"), exact.cattaneo_errors),
+    _contact("rolling, Q = 0.64 mu P (Carter)", ("force", "stick width"), exact.carter_errors, (6, 12, 25, 50, 100)),
     OrderStudy("loading of unlike bodies (Spence)", ("stick width",), exact.spence_error, (8, 16, 32, 64)),
 ]
 

@@ -100,7 +100,7 @@ def test_holes_side_by_side_and_holes_in_the_plane_are_allowed():
     small = SQUARE * 0.2
     for infinite, outer in ((False, [SQUARE]), (True, [])):
         mesh = mesh_outline(loops(*outer, small + 0.1, small + 0.6, infinite=infinite), Sizing(0.1))
-        assert mesh.loops == 2 + len(outer)
+        assert len(mesh.loops) == 2 + len(outer)
 
 
 @refused(
