@@ -239,16 +239,8 @@ def _chain(before, after, first, reference, last, count):
 def check_body(name: str, body: BodyMeshSpec, spec: CrossingMeshSpec) -> None:
     """Refuse what cannot be meshed before any geometry is evaluated; raises MeshError."""
     errors = []
-    numbers = [
-        spec.element_size,
-        spec.slab,
-        spec.base,
-        spec.growth,
-        body.fine_depth,
-        body.coarse,
-        *body.x_range,
-        *body.fine_x,
-    ]
+    sizes = [size for of in (spec, body) for size in vars(of).values() if np.isscalar(size)]
+    numbers = [*sizes, *body.x_range, *body.fine_x]
     if not np.isfinite(numbers).all():
         errors.append(f"all lengths must be finite numbers, these are {numbers}")
     elif not spec.element_size > 0:

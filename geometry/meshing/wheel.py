@@ -111,17 +111,7 @@ def arc_stations(radius: float, spec: WheelMeshSpec) -> np.ndarray:
 def check_wheel(radius: float, spec: WheelMeshSpec) -> None:
     """Refuse what cannot be meshed; raises MeshError with every input error."""
     errors = []
-    numbers = [
-        radius,
-        spec.element_size,
-        spec.slab,
-        spec.fine_half_length,
-        spec.half_angle,
-        spec.rim_depth,
-        spec.fine_depth,
-        spec.coarse,
-        spec.growth,
-    ]
+    numbers = [radius, *(size for size in vars(spec).values() if np.isscalar(size))]
     if not np.isfinite(numbers).all() or min(numbers) <= 0:
         errors.append(f"all sizes must be positive finite numbers, these are {numbers}")
     else:

@@ -265,9 +265,7 @@ class Profile:
         -------
         Profile
         """
-        return Profile(
-            self.points + [y, z], self.angle_before, self.angle_after, self.curvature, self.label, self.provenance
-        )
+        return replace(self, points=self.points + [y, z])
 
     def height(self, y: np.ndarray) -> np.ndarray:
         """Height by cubic Hermite interpolation. Error: O(spacing^4) on smooth pieces.

@@ -51,19 +51,13 @@ def guess_kind(raw: RawProfile) -> str:
     """Wheel or rail by shape. Raises ProfileError where the line has neither a flange and a tread nor one convex
     head."""
     width = np.ptp(raw.points[:, 0])
-    units = {unit: UNITS[unit] for unit in GUESSED} if raw.unit is None else {"": raw.unit}
+    units = [UNITS[unit] for unit in GUESSED] if raw.unit is None else [raw.unit]
+    fitting = lambda low, high: [unit for unit in units if low <= width * unit <= high]
     ups = (raw.up,) if raw.up else (1, -1)
-    if any(
-        WIDTHS["wheel"][0] <= width * u <= WIDTHS["wheel"][1] and wheel_poses(raw.points * u, ups)
-        for u in units.values()
-    ):
+    if any(wheel_poses(raw.points * unit, ups) for unit in fitting(*WIDTHS["wheel"])):
         return "wheel"
     right, left = turning(raw.points)
-    if (
-        min(right, left) < STRAIGHT
-        and max(right, left) > TURNED
-        and any(WIDTHS["rail"][0] <= width * u <= WIDEST_HEAD for u in units.values())
-    ):
+    if min(right, left) < STRAIGHT and max(right, left) > TURNED and fitting(WIDTHS["rail"][0], WIDEST_HEAD):
         return "rail"
     raise ProfileError(
         f"{raw.path}: neither a whole wheel (flange and tread) nor one rail head by its shape: name the kind, rail or"

@@ -228,10 +228,10 @@ class CastCrossing(TwoBodies):
     def _wing_ends(self, x: float) -> list[float]:
         """y of the ends of the wing's segments; the field side itself is vertical."""
         c = self.shape
-        faces = (c.leg_face, c.knuckle_face, c.wing_face)
-        radii = (c.leg_radius, c.knuckle_radius, c.wing_radius)
-        slopes = (c.cast_slope, c.cast_slope, wing_plane(c)[1])
-        centres = ((c.leg_centre_y, c.leg_centre_z), knuckle_centre(x, c), wing_centre(x, c))
+        faces = (c.leg.face, c.knuckle_face, c.wing_face)
+        radii = (c.leg.radius, c.knuckle_radius, c.wing_radius)
+        slopes = (c.leg.slope, c.leg.slope, wing_plane(c)[1])
+        centres = ((c.leg.centre_y, c.leg.centre_z), knuckle_centre(x, c), wing_centre(x, c))
         foot = max(z_to_face(FLOOR, f, r, *o) for f, r, o in zip(faces, radii, centres))
         start = max(o[0] - r / np.sqrt(1 + f**2) for f, r, o in zip(faces, radii, centres))
         end = max(o[0] - r * s / np.sqrt(1 + s**2) for r, s, o in zip(radii, slopes, centres))
@@ -243,20 +243,20 @@ class CastCrossing(TwoBodies):
         c = self.shape
         top_z, slope = wing_plane(c)
         rib = rib_height(x, c)
-        cap = max(rib / c.cast_slope, wing_gauge_y(x, c) + (rib - top_z) / slope)
-        return min(max(fall_start_y(x, c), cap), field_edge_y(x, c) - (c.side_leg - c.side_start))
+        cap = max(rib / c.leg.slope, wing_gauge_y(x, c) + (rib - top_z) / slope)
+        return min(max(fall_start_y(x, c), cap), field_edge_y(x, c) - (c.leg.side - c.leg.side_start))
 
     def _nose_ends(self, x: float) -> list[float]:
         c = self.shape
-        foot = z_to_face(FLOOR, c.leg_face, c.leg_radius, c.leg_centre_y, c.leg_centre_z)
+        foot = z_to_face(FLOOR, c.leg.face, c.leg.radius, c.leg.centre_y, c.leg.centre_z)
         touch, flat, _, _ = topped_corner_arc(*topping_height(x, c), c)
-        face_end = c.leg_centre_y - c.leg_radius / np.sqrt(1 + c.leg_face**2)
-        roof = c.leg_centre_y - c.leg_radius * c.cast_slope / np.sqrt(1 + c.cast_slope**2)
+        face_end = c.leg.centre_y - c.leg.radius / np.sqrt(1 + c.leg.face**2)
+        roof = c.leg.centre_y - c.leg.radius * c.leg.slope / np.sqrt(1 + c.leg.slope**2)
         sides = foot, min(face_end, touch), min(roof, flat)  # as through_side_y counts them
         foot, side, top = (y - c.nose_widening / 2 + c.nose_setback for y in sides)
         right, centre = nose_gauge_y(x, c), centre_line_y(x, c)
         field_top, field_side, field_foot = (
-            right - (y - c.nose_widening / 2 - c.gauge_line) / c.cos_angle for y in sides[::-1]
+            right - (y - c.nose_widening / 2 - c.leg.gauge_line) / c.cos_angle for y in sides[::-1]
         )
         # where the corners meet in a ridge their arcs end there, not at their tops beyond it
         top, field_top = min(top, centre - LEAST_TOP), max(field_top, centre + LEAST_TOP)
@@ -307,25 +307,16 @@ def crossing_shape(crossing: CastCrossing) -> CrossingShape:
     cast = cast_leg(crossing.cast_slope)
     steeper = cast.slope / CAST_SLOPE
     return CrossingShape(
+        leg=cast,
         stretch=stretch,
-        cast_slope=cast.slope,
-        gauge_line=cast.gauge_line,
-        gauge_depth=cast.gauge_depth,
         leg_start=leg_end - crossing.transition_length,
         leg_end=leg_end,
-        leg_face=cast.face,
-        leg_radius=cast.radius,
-        leg_centre_y=cast.centre[0],
-        leg_centre_z=cast.centre[1],
         tan_angle=np.tan(angle),
         cos_angle=np.cos(angle),
         tan_half_angle=np.tan(angle / 2),
         flangeway=crossing.flangeway,
         wing_reference_height=1.597 * MM * steeper,
         cap_height=3.354 * MM * steeper,
-        side_leg=cast.side,
-        side_start=cast.side_start,
-        side_radius=cast.side_radius,
         topping_depth=crossing.topping_depth + crossing.nose_lowering,
         topping_slope=crossing.topping_slope,
         leg_smoothness=crossing.transition_smoothness,

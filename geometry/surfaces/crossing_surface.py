@@ -17,28 +17,34 @@ MM = 1e-3
 FLOOR = -55e-3  # height of the flangeway's floor [m]
 
 
+class CastLeg(NamedTuple):
+    """The cast section at the end of the transition [m]."""
+
+    slope: float  # of its top plane, rising to the field side
+    gauge_line: float  # y of the through route's gauge face, gauge_depth (14 mm) down
+    gauge_depth: float
+    face: float  # dy/dz of the gauge face (batter 1:4) of leg and nose, as a positive number
+    radius: float  # of the gauge corner of leg and full nose
+    centre_y: float  # of the gauge corner
+    centre_z: float
+    side: float  # y of its vertical field side
+    side_start: float  # y where the top bends down to it
+    side_radius: float
+
+
 class CrossingShape(NamedTuple):
     """Numbers of one crossing; lengths in m, x of the taper-driven features before the stretch by ratio / 9.25."""
 
+    leg: CastLeg
     stretch: float  # ratio / 9.25: taper-driven features lie at x = stretch * X
-    cast_slope: float  # of the cast top plane, rising to the field side
-    gauge_line: float  # y of the through route's gauge face, 14 mm down
-    gauge_depth: float
     leg_start: float  # transition from the plain rail, x
     leg_end: float
-    leg_face: float  # dy/dz of the leg's and nose's gauge face (batter 1:4), as a positive number
-    leg_radius: float  # gauge corner of leg and full nose
-    leg_centre_y: float
-    leg_centre_z: float
     tan_angle: float  # dy/dx between the two gauge lines
     cos_angle: float
     tan_half_angle: float
     flangeway: float
     wing_reference_height: float  # of the travelling top plane at wing_reference
     cap_height: float
-    side_leg: float  # y of the leg's vertical field side
-    side_start: float  # y where the leg's top bends down to it
-    side_radius: float
     topping_depth: float
     topping_slope: float  # dz/dX
     leg_smoothness: float  # of the transition's blend, 0 straight, 1 cubic, 2 quintic
@@ -140,7 +146,7 @@ def corner_centre(face_y, face_z, face, radius, top_z, slope):
 @njit(cache=True)
 def nose_gauge_y(x, c):
     """y of the nose's flangeway-side gauge line."""
-    return c.gauge_line + c.tan_angle * (x - c.stretch * c.cross_x)
+    return c.leg.gauge_line + c.tan_angle * (x - c.stretch * c.cross_x)
 
 
 @njit(cache=True)
@@ -152,27 +158,29 @@ def wing_gauge_y(x, c):
 @njit(cache=True)
 def knuckle_gauge_y(x, c):
     """y of the wing's upper face, 14 mm down, extended to both sides of its range."""
-    return c.gauge_line + c.knuckle_rate * (x / c.stretch - c.knuckle_x)
+    return c.leg.gauge_line + c.knuckle_rate * (x / c.stretch - c.knuckle_x)
 
 
 @njit(cache=True)
 def knuckle_centre(x, c):
     face_y = knuckle_gauge_y(x, c)
-    return corner_centre(face_y, -c.gauge_depth, c.knuckle_face, c.knuckle_radius, c.cast_slope * face_y, c.cast_slope)
+    return corner_centre(
+        face_y, -c.leg.gauge_depth, c.knuckle_face, c.knuckle_radius, c.leg.slope * face_y, c.leg.slope
+    )
 
 
 @njit(cache=True)
 def wing_plane(c):
     """Height at the wing's gauge line and slope of the top plane that travels with the wing (below the fixed one
     further on)."""
-    slope = c.cast_slope * c.cos_angle
+    slope = c.leg.slope * c.cos_angle
     return c.wing_reference_height - slope * c.wing_reference, slope
 
 
 @njit(cache=True)
 def wing_centre(x, c):
     top_z, slope = wing_plane(c)
-    return corner_centre(wing_gauge_y(x, c), -c.gauge_depth, c.wing_face, c.wing_radius, top_z, slope)
+    return corner_centre(wing_gauge_y(x, c), -c.leg.gauge_depth, c.wing_face, c.wing_radius, top_z, slope)
 
 
 @njit(cache=True)
@@ -180,7 +188,7 @@ def field_edge_y(x, c):
     """y of the field side of the wing rail."""
     free = c.edge_y + c.tan_half_angle * (x - c.stretch * c.edge_x)
     blend = smoothstep((x - c.leg_end) / c.fall_length)
-    return c.side_leg + blend * (free - c.side_leg)
+    return c.leg.side + blend * (free - c.leg.side)
 
 
 @njit(cache=True)
@@ -196,10 +204,10 @@ def fall_shape(x, c):
     The leg's vertical side turns into the fall behind the leg transition.
     """
     blend = smoothstep((x - c.leg_end) / c.fall_length)
-    drop = max(c.cast_slope * c.fall_y - rib_height(x, c), 0.0)
+    drop = max(c.leg.slope * c.fall_y - rib_height(x, c), 0.0)
     angle = np.arctan(drop / (c.fall_width + c.fall_spread * drop))
-    edge_y = c.side_leg + blend * (c.fall_y - c.side_leg)
-    radius = c.side_radius + blend * (c.fall_radius - c.side_radius)
+    edge_y = c.leg.side + blend * (c.fall_y - c.leg.side)
+    radius = c.leg.side_radius + blend * (c.fall_radius - c.leg.side_radius)
     return edge_y, np.pi / 2 + blend * (angle - np.pi / 2), radius, blend * c.fall_foot_radius
 
 
@@ -207,7 +215,7 @@ def fall_shape(x, c):
 def fall_start_y(x, c):
     """y where the cast plane begins to bend down to the pocket."""
     edge_y, angle, radius, _ = fall_shape(x, c)
-    lean = np.arctan(c.cast_slope)
+    lean = np.arctan(c.leg.slope)
     return edge_y - radius * np.tan((lean + angle) / 2) * np.cos(lean)
 
 
@@ -216,11 +224,11 @@ def fall_height(x, y, c):
     """Height of the fall above the pocket: arc from the cast plane, straight line, arc into the pocket; NO_METAL beyond
     it."""
     edge_y, angle, radius, foot_radius = fall_shape(x, c)
-    lean, sine, cosine = np.arctan(c.cast_slope), np.sin(angle), np.cos(angle)
+    lean, sine, cosine = np.arctan(c.leg.slope), np.sin(angle), np.cos(angle)
     start_y = fall_start_y(x, c)
     if y <= start_y:
-        return c.cast_slope * y
-    centre_y, centre_z = start_y + radius * np.sin(lean), c.cast_slope * start_y - radius * np.cos(lean)
+        return c.leg.slope * y
+    centre_y, centre_z = start_y + radius * np.sin(lean), c.leg.slope * start_y - radius * np.cos(lean)
     end_y, end_z = centre_y + radius * sine, centre_z + radius * cosine
     if y < end_y:
         return centre_z + np.sqrt(radius * radius - (y - centre_y) ** 2)
@@ -241,7 +249,7 @@ def wing_top(x, y, c):
     """Height of the wing's top without its gauge corner: cast plane, cap, fall, pocket, field edge."""
     top_z, slope = wing_plane(c)
     face_y = wing_gauge_y(x, c)
-    plane = min(c.cast_slope * y, top_z + slope * (y - face_y))
+    plane = min(c.leg.slope * y, top_z + slope * (y - face_y))
     edge = field_edge_y(x, c)
     if y > edge:
         return NO_METAL
@@ -256,7 +264,7 @@ def wing_top(x, y, c):
 @njit(cache=True)
 def leg_height(y, c):
     """Height of the cast leg's gauge face, corner and plane; also the through side of the full nose."""
-    return corner(y, c.leg_face, c.leg_radius, c.leg_centre_y, c.leg_centre_z, c.cast_slope)
+    return corner(y, c.leg.face, c.leg.radius, c.leg.centre_y, c.leg.centre_z, c.leg.slope)
 
 
 @njit(cache=True)
@@ -267,7 +275,7 @@ def wing_height(x, y, c, loft):
         return height + wing_lift(x, c) if height > 0.5 * NO_METAL else height
     height = min(wing_top(x, y, c), leg_height(y, c))
     knuckle_y, knuckle_z = knuckle_centre(x, c)
-    height = min(height, corner(y, c.knuckle_face, c.knuckle_radius, knuckle_y, knuckle_z, c.cast_slope))
+    height = min(height, corner(y, c.knuckle_face, c.knuckle_radius, knuckle_y, knuckle_z, c.leg.slope))
     wing_y, wing_z = wing_centre(x, c)
     height = min(height, corner(y, c.wing_face, c.wing_radius, wing_y, wing_z, wing_plane(c)[1]))
     return height + wing_lift(x, c) if height > 0.5 * NO_METAL else height
@@ -312,7 +320,7 @@ def lofted_slope(loft, low, high, at, row, s):
 @njit(cache=True)
 def centre_line_y(x, c):
     """y of the nose's centre line, which halves the angle between its gauge lines."""
-    return c.gauge_line + c.tan_half_angle * (x - c.stretch * c.cross_x)
+    return c.leg.gauge_line + c.tan_half_angle * (x - c.stretch * c.cross_x)
 
 
 @njit(cache=True)
@@ -325,7 +333,7 @@ def centre_line_x(x, y, c):
 def through_side_y(x, y, c):
     """y at the same distance from the through route's gauge line as (x, y) is from the nearer gauge face of the
     nose."""
-    near, far = y - c.nose_setback, c.gauge_line + c.cos_angle * (nose_gauge_y(x, c) - y)
+    near, far = y - c.nose_setback, c.leg.gauge_line + c.cos_angle * (nose_gauge_y(x, c) - y)
     return min(near, far) + 0.5 * c.nose_widening
 
 
@@ -355,23 +363,23 @@ def topped_corner_arc(top, fall, c):
     Its radius holds across the edge it rounds: on the blunt ramp, which falls steeply, the cross-section is an ellipse,
     higher than wide. That is drawn where the arc touches the straight face and fades above, where the ramp is gentle.
     """
-    radius, steep = c.nose_radius, 1.0 / c.leg_face
-    inner, root = c.leg_radius - radius, np.sqrt(1.0 + steep * steep)
+    radius, steep = c.nose_radius, 1.0 / c.leg.face
+    inner, root = c.leg.radius - radius, np.sqrt(1.0 + steep * steep)
     # the arc touches the face where its centre lies lower
-    face_z = c.leg_centre_z + c.leg_radius / root - radius / root
+    face_z = c.leg.centre_z + c.leg.radius / root - radius / root
     fade = smoothstep((face_z - (top - radius)) / radius)
     height = radius * (1.0 + fade * (np.sqrt(1.0 + (fall / c.stretch) ** 2) - 1.0))
     depth = top - height
     if depth < face_z:
         offset = np.sqrt((radius * steep) ** 2 + height**2)  # of the ellipse's centre below the face, vertically
-        face_y = c.leg_centre_y - c.leg_radius * root / steep  # the face at the height of the leg's corner centre
-        centre_y = face_y + (depth + offset - c.leg_centre_z) / steep
+        face_y = c.leg.centre_y - c.leg.radius * root / steep  # the face at the height of the leg's corner centre
+        centre_y = face_y + (depth + offset - c.leg.centre_z) / steep
         return centre_y - radius * radius * steep / offset, centre_y, depth, height
-    if depth < c.leg_centre_z + inner / np.sqrt(1.0 + c.cast_slope**2):
-        centre_y = c.leg_centre_y - np.sqrt(max(inner * inner - (depth - c.leg_centre_z) ** 2, 0.0))
-        return c.leg_centre_y + (centre_y - c.leg_centre_y) * c.leg_radius / inner, centre_y, depth, height
-    lean = np.arctan(c.cast_slope)
-    touch_y = (depth + radius * np.cos(lean)) / c.cast_slope
+    if depth < c.leg.centre_z + inner / np.sqrt(1.0 + c.leg.slope**2):
+        centre_y = c.leg.centre_y - np.sqrt(max(inner * inner - (depth - c.leg.centre_z) ** 2, 0.0))
+        return c.leg.centre_y + (centre_y - c.leg.centre_y) * c.leg.radius / inner, centre_y, depth, height
+    lean = np.arctan(c.leg.slope)
+    touch_y = (depth + radius * np.cos(lean)) / c.leg.slope
     return touch_y, touch_y + radius * np.sin(lean), depth, height
 
 

@@ -4,12 +4,10 @@ Fitted to the nine sections of the benchmark crossing inside its transition (rms
 between matching points, walked with a cubic smoothstep of x.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from geometry.profiles.rail import gauge_face, rail_head
-from geometry.surfaces.crossing_surface import FLOOR, CrossingShape, leg_height
+from geometry.surfaces.crossing_surface import FLOOR, CastLeg, CrossingShape, leg_height
 
 MM = 1e-3
 CAST_SLOPE = 0.05  # of the benchmark's cast plane, rising to the field side
@@ -20,20 +18,6 @@ RAIL_CROWN_LEFT, RAIL_CROWN_RIGHT, RAIL_CORNER = 5.8935 * MM, 5.8935 * MM, 25.61
 CAST_CROWN_LEFT = -6.805 * MM
 SHOULDER_SHARE = 0.548  # of the cast shoulder's length (down to SHOULDER_DEPTH) that matches the rail's R80 arc
 SHOULDER_DEPTH = -4.94 * MM
-
-
-class CastLeg(NamedTuple):
-    """The cast section at the end of the transition [m]."""
-
-    slope: float  # of its top plane
-    gauge_line: float  # y of the gauge face, gauge_depth down
-    gauge_depth: float
-    face: float  # dy/dz of the gauge face
-    radius: float  # of the gauge corner
-    centre: tuple[float, float]  # of the gauge corner
-    side: float  # y of its vertical field side
-    side_start: float  # y where the plane bends down to it
-    side_radius: float
 
 
 def cast_leg(slope: float = CAST_SLOPE) -> CastLeg:
@@ -50,7 +34,7 @@ def cast_leg(slope: float = CAST_SLOPE) -> CastLeg:
     gauge_line = centre[0] - radius / root + (-gauge_depth - centre[1] - radius * face / root) * face
     side, side_radius = 35.05 * MM, 3.238 * MM
     side_start = side - side_radius * (1 + np.sin(np.arctan(slope)))
-    return CastLeg(slope, gauge_line, gauge_depth, face, radius, centre, side, side_start, side_radius)
+    return CastLeg(slope, gauge_line, gauge_depth, face, radius, *centre, side, side_start, side_radius)
 
 
 def rail_line(floor: float = FLOOR) -> tuple[np.ndarray, float]:
@@ -66,23 +50,26 @@ def rail_line(floor: float = FLOOR) -> tuple[np.ndarray, float]:
 
 def cast_line(c: CrossingShape, floor: float = FLOOR) -> np.ndarray:
     """Points (n, 2) of the cast leg section from gauge-side foot to field-side foot."""
-    root = np.sqrt(1 + c.leg_face**2)
-    foot = c.gauge_line + (floor + c.gauge_depth) * c.leg_face
-    face_end = c.leg_centre_y - c.leg_radius / root
-    corner_end = c.leg_centre_y - c.leg_radius * c.cast_slope / np.sqrt(1 + c.cast_slope**2)
+    leg = c.leg
+    root = np.sqrt(1 + leg.face**2)
+    foot = leg.gauge_line + (floor + leg.gauge_depth) * leg.face
+    face_end = leg.centre_y - leg.radius / root
+    corner_end = leg.centre_y - leg.radius * leg.slope / np.sqrt(1 + leg.slope**2)
     y = np.concatenate(
         [
             np.linspace(foot, face_end, 100),
-            c.leg_centre_y
-            - c.leg_radius * np.cos(np.linspace(np.arctan(c.leg_face), np.pi / 2 - np.arctan(c.cast_slope), 800)),
-            np.linspace(corner_end, c.side_start, 300)[1:],
+            leg.centre_y - leg.radius * np.cos(np.linspace(np.arctan(leg.face), np.pi / 2 - np.arctan(leg.slope), 800)),
+            np.linspace(corner_end, leg.side_start, 300)[1:],
         ]
     )
     z = np.array([leg_height(v, c) for v in y])
-    lean = np.arctan(c.cast_slope)
-    centre = c.side_start + c.side_radius * np.sin(lean), c.cast_slope * c.side_start - c.side_radius * np.cos(lean)
+    lean = np.arctan(leg.slope)
+    centre = (
+        leg.side_start + leg.side_radius * np.sin(lean),
+        leg.slope * leg.side_start - leg.side_radius * np.cos(lean),
+    )
     polar = np.linspace(np.pi / 2 + lean, 0, 400)[1:]
-    arc = np.column_stack([centre[0] + c.side_radius * np.cos(polar), centre[1] + c.side_radius * np.sin(polar)])
+    arc = np.column_stack([centre[0] + leg.side_radius * np.cos(polar), centre[1] + leg.side_radius * np.sin(polar)])
     return np.vstack([np.column_stack([y, z]), arc, [[arc[-1, 0], floor]]])
 
 
@@ -113,9 +100,9 @@ def feature_lengths(c: CrossingShape) -> tuple[np.ndarray, np.ndarray, np.ndarra
         sides[1],
     ]
     rail_lengths = np.interp(marks, rail[:, 0], on_rail)
-    corner_end = c.leg_centre_y - c.leg_radius * c.cast_slope / np.sqrt(1 + c.cast_slope**2)
-    face_end = c.leg_centre_y - c.leg_radius / np.sqrt(1 + c.leg_face**2)
-    plane_end = np.interp(c.side_start, cast[:, 0], on_cast)
+    corner_end = c.leg.centre_y - c.leg.radius * c.leg.slope / np.sqrt(1 + c.leg.slope**2)
+    face_end = c.leg.centre_y - c.leg.radius / np.sqrt(1 + c.leg.face**2)
+    plane_end = np.interp(c.leg.side_start, cast[:, 0], on_cast)
     shoulder_end = on_cast[-1] - (SHOULDER_DEPTH - cast[-1, 1])
     shoulder = plane_end + SHOULDER_SHARE * (shoulder_end - plane_end)
     cast_lengths = [

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
+from geometry.hermite import cubic_between
 from geometry.profiles.profile import APART, Piece, Profile, ProfileError
 from geometry.surfaces.lofted_rail import LoftedBody
 
@@ -53,10 +54,8 @@ def curve_at(profile: Profile, length: np.ndarray) -> tuple[np.ndarray, np.ndarr
     k = np.clip(k, 0, len(s) - 2)
     h = (s[k + 1] - s[k])[:, None]
     t = ((length - s[k])[:, None]) / h
-    a, b, m0, m1 = profile.points[k], profile.points[k + 1], first[k] * h, last[k + 1] * h
-    c2, c3 = 3 * (b - a) - 2 * m0 - m1, m0 + m1 - 2 * (b - a)
-    tangent = m0 + t * (2 * c2 + t * 3 * c3)
-    return a + t * (m0 + t * (c2 + t * c3)), tangent / np.linalg.norm(tangent, axis=1)[:, None]
+    found = cubic_between(t, h, profile.points[k], profile.points[k + 1], first[k], last[k + 1])
+    return found.value, found.slope / np.linalg.norm(found.slope, axis=1)[:, None]
 
 
 def between(first: Profile, second: Profile, share: float, count: int = POINTS) -> Profile:

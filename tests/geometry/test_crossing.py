@@ -33,7 +33,7 @@ def test_the_taper_is_the_unit_crossing_angle_by_centre_line_measure(ratio):
 
 def test_plain_rail_is_56e1_set_to_the_gauge_face():
     crossing, head = CastCrossing(), rail_head("56E1", spacing=0.02 * MM)
-    shift = crossing.shape.gauge_line - gauge_face(head)
+    shift = crossing.shape.leg.gauge_line - gauge_face(head)
     y = np.linspace(-34, 34, 300) * MM
     # chords of 0.02 mm on R12.7: 4e-9, times the slope
     assert np.abs(crossing.top_height(-2.0, y + shift, "wing") - head.height(y)).max() < 2e-8
@@ -78,7 +78,7 @@ def test_nose_is_symmetric_about_its_centre_line():
     c, half = crossing.shape, np.arctan(1 / 21.5)
     rng = np.random.default_rng(1)
     x, y = rng.uniform(0.25, 0.9, 200), rng.uniform(-30, 30, 200) * MM
-    origin = np.array([c.stretch * c.cross_x, c.gauge_line])
+    origin = np.array([c.stretch * c.cross_x, c.leg.gauge_line])
     axis = np.array([np.cos(half), np.sin(half)])
     offset = np.column_stack([x, y]) - origin
     mirrored = origin + 2 * np.outer(offset @ axis, axis) - offset

@@ -65,7 +65,7 @@ def test_a_cone_on_the_rail_crown_touches_where_the_slopes_meet():
     """56E1 crown R305 and cone 1:200: slope -y / sqrt(R^2 - y^2) = 0.005."""
     crossing, slope, crown = CastCrossing(9.25), 0.005, 0.305
     height, point = axle_height(crossing, cone(slope, -30 * MM, 30 * MM), np.array([-2.0]))
-    shift = crossing.shape.gauge_line + 34.887 * MM  # rail centre line, set to the crossing's gauge face
+    shift = crossing.shape.leg.gauge_line + 34.887 * MM  # rail centre line, set to the crossing's gauge face
     touch = -crown * slope / np.sqrt(1 + slope**2)
     exact = np.sqrt(crown**2 - touch**2) - crown - slope * (touch + shift - tread_datum_y())
     assert height[0] == pytest.approx(exact, abs=1e-8)  # the rail line's chords: 0.02 mm

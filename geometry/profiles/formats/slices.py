@@ -6,7 +6,7 @@ Source: CONTACT's open-source reader, matlab/read_slices.m (V. Vollebregt, revis
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -118,18 +118,7 @@ def in_metres(path: Path, sections: list[RawProfile], section_unit: float | None
         )
     out = []
     for raw in sections:
-        unit = raw.unit if raw.unit is not None else section_unit
-        out.append(
-            RawProfile(
-                raw.points * unit,
-                raw.lines,
-                raw.path,
-                raw.layout,
-                1.0,
-                "rail",
-                raw.up or -1,
-                (*raw.notes, *(note if raw.unit is None else ())),
-                placed=True,
-            )
-        )
+        points = raw.points * (section_unit if raw.unit is None else raw.unit)
+        notes = (*raw.notes, *(note if raw.unit is None else ()))
+        out.append(replace(raw, points=points, unit=1.0, kind="rail", up=raw.up or -1, notes=notes, placed=True))
     return tuple(out)
