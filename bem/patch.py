@@ -57,12 +57,8 @@ class Grid:
     ny: int
 
     def __post_init__(self) -> None:
-        if not (
-            np.isfinite([self.x_first, self.y_first]).all()
-            and self.dx > 0
-            and self.dy > 0
-            and np.isfinite([self.dx, self.dy]).all()
-        ):
+        numbers = [self.x_first, self.y_first, self.dx, self.dy]
+        if not (np.isfinite(numbers).all() and self.dx > 0 and self.dy > 0):
             raise ContactInputError(
                 f"grid: cell sides {self.dx!r} x {self.dy!r} m at ({self.x_first!r}, {self.y_first!r}) "
                 "m: give finite positions and positive sides"
@@ -292,12 +288,7 @@ class Patch:
     @property
     def centre_of_pressure(self) -> tuple[float, float]:
         """(x, y) of the normal force [m]; NaN where there is none."""
-        total = self.pressure.sum()
-        if total <= 0:
-            return np.nan, np.nan
-        return float(self.grid.x @ self.pressure.sum(axis=1) / total), float(
-            self.grid.y @ self.pressure.sum(axis=0) / total
-        )
+        return _centre(self.grid, self.pressure) if self.pressure.any() else (np.nan, np.nan)
 
     @property
     def frictional_power(self) -> float:
@@ -319,15 +310,12 @@ class Patch:
         return sorted(found, key=lambda part: -part.normal_force)
 
 
+def _centre(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
+    total = pressure.sum()
+    return float(grid.x @ pressure.sum(axis=1) / total), float(grid.y @ pressure.sum(axis=0) / total)
+
+
 def _part(grid: Grid, pressure: np.ndarray) -> PatchPart:
-    area, total = grid.cell_area, pressure.sum()
-    centre = (float(grid.x @ pressure.sum(axis=1) / total), float(grid.y @ pressure.sum(axis=0) / total))
-    cells = int(np.count_nonzero(pressure))
-    return PatchPart(
-        covered_area(grid, pressure),
-        float(total * area),
-        centre,
-        edge_positions(grid, pressure),
-        float(pressure.max()),
-        cells,
-    )
+    centre, bounds = _centre(grid, pressure), edge_positions(grid, pressure)
+    area, force, cells = covered_area(grid, pressure), pressure.sum() * grid.cell_area, np.count_nonzero(pressure)
+    return PatchPart(area, float(force), centre, bounds, float(pressure.max()), int(cells))

@@ -14,8 +14,7 @@ are met to 0.8 %, at a/b = 10 to 1.5 % (they were computed with few terms).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
@@ -25,14 +24,13 @@ from bem.patch import ContactInputError
 _MOST_SLENDER = 60.0
 
 
-@dataclass(frozen=True)
-class CreepageCoefficients:
-    """C11, C22, C23 (= -C32) and C33 of one ellipse and Poisson's ratio [1]."""
+class CreepageCoefficients(NamedTuple):
+    """C11, C22, C23 (= -C32) and C33 [1] of one ellipse and Poisson's ratio; or of k ellipses, each (k,)."""
 
-    c11: float
-    c22: float
-    c23: float
-    c33: float
+    c11: Any
+    c22: Any
+    c23: Any
+    c33: Any
 
 
 def creepage_coefficients(axis_ratio: float, poisson: float, degree: int = 10) -> CreepageCoefficients:

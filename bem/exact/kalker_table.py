@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -30,19 +29,10 @@ def coefficients(axis_ratio: float, poisson: float) -> CreepageCoefficients:
     """Creepage coefficients of an ellipse with a/b = axis_ratio (a along x), combined Poisson's ratio 0 to 0.5."""
     check_ellipse(axis_ratio, poisson)
     found = coefficient_rows(np.array([axis_ratio], float), poisson)
-    return CreepageCoefficients(float(found.c11[0]), float(found.c22[0]), float(found.c23[0]), float(found.c33[0]))
+    return CreepageCoefficients(*(float(row[0]) for row in found))
 
 
-class CoefficientRows(NamedTuple):
-    """CreepageCoefficients of k ellipses, each (k,)."""
-
-    c11: np.ndarray
-    c22: np.ndarray
-    c23: np.ndarray
-    c33: np.ndarray
-
-
-def coefficient_rows(axis_ratio: np.ndarray, poisson: float) -> CoefficientRows:
+def coefficient_rows(axis_ratio: np.ndarray, poisson: float) -> CreepageCoefficients:
     """The same for axis ratios (k,) at once."""
     within = (1 / _WIDEST <= axis_ratio) & (axis_ratio <= _WIDEST)
     ratio = np.where(within, axis_ratio, 1.0)
@@ -51,9 +41,8 @@ def coefficient_rows(axis_ratio: np.ndarray, poisson: float) -> CoefficientRows:
     rows = np.exp(np.einsum("ni,ijk,j->nk", along, _series(), across))
     for k in np.flatnonzero(~within):
         check_ellipse(float(axis_ratio[k]), poisson)
-        solved = _beyond(float(axis_ratio[k]), float(poisson))
-        rows[k] = solved.c11, solved.c22, solved.c23, solved.c33
-    return CoefficientRows(*rows.T)
+        rows[k] = _beyond(float(axis_ratio[k]), float(poisson))
+    return CreepageCoefficients(*rows.T)
 
 
 @lru_cache(maxsize=256)
@@ -75,8 +64,7 @@ def computed_rows() -> str:
     lines = []
     for ratio in _WIDEST ** _nodes(_RATIO_NODES):
         for poisson in (1 + _nodes(_POISSON_NODES)) / 4:
-            c = creepage_coefficients(ratio, poisson, _DEGREE)
-            lines.append(f"{c.c11:.6g} {c.c22:.6g} {c.c23:.6g} {c.c33:.6g}")
+            lines.append(" ".join(f"{c:.6g}" for c in creepage_coefficients(ratio, poisson, _DEGREE)))
     return "\n".join(lines)
 
 

@@ -34,15 +34,13 @@ def coarse_field(field: np.ndarray, fill: str = "edge") -> np.ndarray:
 def fine_pressure(pressure: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """(nx, ny) pressure interpolated from doubled cell sides: bilinear in its square, which is smooth up to the
     edge."""
-    square = np.pad(pressure**2, 1)
-    along = np.empty((2 * pressure.shape[0], square.shape[1]))
-    along[0::2], along[1::2] = 0.75 * square[1:-1] + 0.25 * square[:-2], 0.75 * square[1:-1] + 0.25 * square[2:]
-    both = np.empty((along.shape[0], 2 * pressure.shape[1]))
-    both[:, 0::2], both[:, 1::2] = (
-        0.75 * along[:, 1:-1] + 0.25 * along[:, :-2],
-        0.75 * along[:, 1:-1] + 0.25 * along[:, 2:],
-    )
-    return np.sqrt(both[: shape[0], : shape[1]])
+
+    def halved(square: np.ndarray) -> np.ndarray:  # its rows
+        inner, both = np.pad(square, ((1, 1), (0, 0))), np.empty((2 * len(square), square.shape[1]))
+        both[0::2], both[1::2] = 0.75 * square + 0.25 * inner[:-2], 0.75 * square + 0.25 * inner[2:]
+        return both
+
+    return np.sqrt(halved(halved(pressure**2).T).T[: shape[0], : shape[1]])
 
 
 def relative_change(coarse: np.ndarray | float, fine: np.ndarray | float) -> float:

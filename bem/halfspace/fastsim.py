@@ -32,7 +32,7 @@ from scipy import ndimage
 
 from bem.creepage import LocalCreepage
 from bem.exact.kalker import CreepageCoefficients
-from bem.exact.kalker_table import CoefficientRows, coefficients
+from bem.exact.kalker_table import coefficients
 from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
 from bem.halfspace.input import check_creepage, check_friction
 from bem.halfspace.slip_dependent_friction import LEAST, SlipDependentFriction, share_after, sliding_share
@@ -59,7 +59,7 @@ def elliptic_patch(semi_x: float, semi_y: float, load: float, cells: tuple[int, 
 
 
 def flexibilities(
-    semi_x: float, semi_y: float, pair: Pair, c: CreepageCoefficients | CoefficientRows | None = None
+    semi_x: float, semi_y: float, pair: Pair, c: CreepageCoefficients | None = None
 ) -> tuple[float, float, float]:
     """L1, L2, L3 [m/Pa] of an ellipse with semi-axes along x and y [m]; of rows of them, rows."""
     c = c or coefficients(semi_x / semi_y, pair.poisson)

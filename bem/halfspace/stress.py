@@ -75,6 +75,11 @@ def _traction_y_stress(t: dict, z: float, nu: float) -> list[np.ndarray]:
 _LOADS = (_pressure_stress, _traction_x_stress, _traction_y_stress)
 
 
+def offsets(count: int, side: float) -> np.ndarray:
+    """Edges of cells at all offsets -(count - 1) .. count - 1 between two cells."""
+    return (np.arange(-count + 1, count + 1) - 0.5) * side
+
+
 def rectangle_stress(load: int, x_edges: np.ndarray, y_edges: np.ndarray, depth: float, poisson: float) -> np.ndarray:
     """(6, len(x_edges) - 1, len(y_edges) - 1) stress by unit load on a rectangle, order VOIGT, z into the body.
 
@@ -149,9 +154,7 @@ def _load_spectra(patch: Patch, body: int) -> tuple[list[tuple[int, np.ndarray]]
 
 def _layer(patch: Patch, spectra, size: tuple[int, int], depth: float, poisson: float, body: int) -> np.ndarray:
     grid = patch.grid
-    x_edges, y_edges = (
-        (np.arange(-count + 1, count + 1) - 0.5) * step for count, step in ((grid.nx, grid.dx), (grid.ny, grid.dy))
-    )
+    x_edges, y_edges = offsets(grid.nx, grid.dx), offsets(grid.ny, grid.dy)
     total = np.zeros((6, size[0], size[1] // 2 + 1), complex)
     for load, spectrum in spectra:
         kernel = np.zeros((6, *size))

@@ -165,18 +165,9 @@ def boundary_stress(solution: BoundarySolution, element: np.ndarray) -> np.ndarr
     length, along = np.abs(step), step / np.abs(step)
     points = np.r_[start, start + step / 2, start + step]
     path = np.arange(m)
-    integrals = resultant_integrals(
-        points,
-        np.r_[path, m + path],
-        np.r_[m + path, 2 * m + path],
-        np.r_[path, path],
-        m,
-        mesh.start,
-        mesh.end,
-        mesh.first,
-        mesh.last,
-        mesh.densities,
-    )
+    begin, end, cell = np.r_[path, m + path], np.r_[m + path, 2 * m + path], np.r_[path, path]
+    hats = mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities
+    integrals = resultant_integrals(points, begin, end, cell, m, *hats)
     force = (resultant_map(integrals, material) @ solution.density.T.ravel()).reshape(2, m)
     for load in solution.loads:
         force = force + load.path_force(start, start + step, material)

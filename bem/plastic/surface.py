@@ -6,17 +6,12 @@ import numpy as np
 from scipy import fft
 
 from bem.halfspace.influence import forward, padded_shape
-from bem.halfspace.stress import rectangle_stress
+from bem.halfspace.stress import offsets, rectangle_stress
 from bem.material import Elastic
 from bem.patch import Grid
 from bem.plastic.corners import corner_planes
 from bem.plastic.symbols import coefficient_tables, depth_parity
 from bem.steel.deviator import FROM_DEVIATOR, MEAN, TO_DEVIATOR
-
-
-def _offsets(count: int, side: float) -> np.ndarray:
-    """Edges of cells at all offsets -(count - 1) .. count - 1 between two cells."""
-    return (np.arange(-count + 1, count + 1) - 0.5) * side
 
 
 class LoadStress:
@@ -27,7 +22,7 @@ class LoadStress:
 
     def __init__(self, grid: Grid, depths: np.ndarray, poisson: float, loads: tuple[int, ...] = (0,)) -> None:
         self.grid, self.size, self.loads = grid, padded_shape(*grid.shape), loads
-        x, y = _offsets(grid.nx, grid.dx), _offsets(grid.ny, grid.dy)
+        x, y = offsets(grid.nx, grid.dx), offsets(grid.ny, grid.dy)
         rows = np.vstack([TO_DEVIATOR, MEAN])
         self.spectra = []
         for load in loads:
@@ -54,7 +49,7 @@ class SurfaceDisplacement:
         self, grid: Grid, layers: int, thickness: float, elastic: Elastic, directions: tuple[int, ...] = (2,)
     ) -> None:
         self.grid, self.size, self.directions = grid, padded_shape(*grid.shape), directions
-        x, y = _offsets(grid.nx, grid.dx), _offsets(grid.ny, grid.dy)
+        x, y = offsets(grid.nx, grid.dx), offsets(grid.ny, grid.dy)
         levels = np.arange(layers + 1) * thickness
         tables = coefficient_tables(elastic.poisson)
         parity = np.array([[depth_parity((i,), k) for k in range(6)] for i in directions])
