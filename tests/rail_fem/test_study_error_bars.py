@@ -26,7 +26,7 @@ def test_a_finer_answer_outside_the_bar_is_counted_and_named():
     found = held(at_size(2 * MM), at_size(4 * MM), finer)
     cells = held_out_bars.row("a scene", found)
     assert cells[1:3] == ["5", "4 (80%)"] and REPORTED["first_impact_on_nose"].meaning in cells[4]
-    text = held_out_bars.table({"a scene": found, "another": found})
+    text = held_out_bars.table("fe_full", {"a scene": found, "another": found}).markdown()
     assert text.splitlines()[-1].startswith("| all | 10 | 8 (80%) |")
 
 
