@@ -23,9 +23,9 @@ field = wear_field(contacts, laws, spacing=4e-3)
 # %%
 # T gamma of every patch, and the deepest wear of one pass at every x by each law.
 figure, (upper, lower) = plt.subplots(2, 1, sharex=True, figsize=(8, 6))
-for body in ("wing", "nose"):
-    own = [c for c in contacts if c.body == body]
-    upper.plot([c.position[0] * 1e3 for c in own], [c.tgamma for c in own], ".-", label=body)
+for number, body in enumerate(("wing", "nose")):
+    own = contacts.body == number
+    upper.plot(contacts.position[own, 0] * 1e3, contacts.tgamma[own], ".-", label=body)
 upper.set(ylabel="T gamma [N]")
 upper.legend()
 for name, law in laws.items():

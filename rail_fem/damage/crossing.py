@@ -11,22 +11,20 @@ plastic there cannot press more, and elastic ellipses on a nose's unworn corner 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from bem.halfspace.rolled_ellipses import RolledEllipses, rolled_ellipses
 from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import Elastic
-from bem.patch import Patch
 from geometry.surfaces.bodies import BODIES
 from rail_fem.contact.contact_table import ContactTable, contact_table, patch_sizes
 from rail_fem.damage.deposit import Footprints, ReachedLines, deposit, deposit_reached
 from rail_fem.damage.rolling import no_more_slender
 from rail_fem.damage.strips import patch_centres, plane_creepages, strip_creepages
-from rail_fem.damage.wear import WearLaw, friction_work_of_cells, tgamma
+from rail_fem.damage.wear import WearLaw, friction_work_of_cells
 from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 
@@ -36,31 +34,12 @@ MARGIN = 20e-3  # of the field beyond the contacts [m]
 LEAST_FORCE = 100.0  # of a contact that is looked at [N]
 
 
-@dataclass(frozen=True)
-class CrossingContact:
-    """One patch of the pass. body : "wing" or "nose";  x [m] of the wheel;  position (3,) of the centre of pressure [m]
-    patch : solved;  angle [rad], speed [m/s];  enlarged : factor on its axes, above 1 where the elastic patch would
-    press more than the hardness"""
-
-    body: str
-    x: float
-    position: np.ndarray
-    patch: Patch
-    angle: float
-    speed: float
-    enlarged: float = 1.0
-
-    @property
-    def tgamma(self) -> float:
-        """Tractive forces times creepages [N]."""
-        return tgamma(self.patch)
-
-
 @dataclass(frozen=True, eq=False)
-class PassContacts(Sequence[CrossingContact]):
-    """The k patches of a pass in the order in which the wheel meets them, fields of CrossingContact with a first axis.
-    body : (k,) 0 wing, 1 nose;  speed [m/s];  radii (k, 2) relative, along and across [m];  modulus : E* of wing and
-    nose [Pa]. One by one they are CrossingContacts."""
+class PassContacts:
+    """The k patches of a pass in the order in which the wheel meets them. body : (k,) 0 wing, 1 nose;  x (k,) of the
+    wheel, position (k, 3) of the centre of pressure [m];  patches : solved;  angle (k,) [rad];  speed [m/s]
+    enlarged (k,) : factor on a patch's axes, above 1 where the elastic one would press more than the hardness
+    radii (k, 2) relative, along and across [m];  modulus : E* of wing and nose [Pa]"""
 
     body: np.ndarray
     x: np.ndarray
@@ -74,20 +53,6 @@ class PassContacts(Sequence[CrossingContact]):
 
     def __len__(self) -> int:
         return len(self.x)
-
-    def __getitem__(self, i):
-        if isinstance(i, slice):
-            return tuple(self[k] for k in range(*i.indices(len(self))))
-        k = range(len(self))[i]
-        return CrossingContact(
-            BODIES[self.body[k]],
-            float(self.x[k]),
-            self.position[k],
-            self.patches.patch(k),
-            float(self.angle[k]),
-            self.speed,
-            float(self.enlarged[k]),
-        )
 
     @property
     def tgamma(self) -> np.ndarray:
@@ -159,36 +124,17 @@ def pass_contacts(
 def table_contacts(scene: Scene, table: ContactTable, forces: np.ndarray, options: PatchOptions) -> PassContacts:
     """The patches at all positions of a table under vertical forces (2, n) [N] on wing and nose, in the order in which
     the wheel meets them; one that carries less than LEAST_FORCE is none."""
-    wing, nose = (_of_body(scene, table, b, forces[b], options) for b in (0, 1))
-    body = np.repeat([0, 1], [len(wing.x), len(nose.x)])
-    order = np.lexsort([-body, scene.direction_sign * np.concatenate([wing.x, nose.x])])
-    row = lambda name: np.concatenate([getattr(wing, name), getattr(nose, name)])[order]
-    return PassContacts(
-        body[order],
-        row("x"),
-        row("position"),
-        wing.patches.joined(nose.patches).taken(order),
-        row("angle"),
-        scene.velocity,
-        row("enlarged"),
-        row("radii"),
-        table.modulus,
-    )
+    (wing, of_wing), (nose, of_nose) = (_of_body(scene, table, b, forces[b], options) for b in (0, 1))
+    every = {name: np.concatenate([of_wing[name], of_nose[name]]) for name in of_wing}
+    order = np.lexsort([-every["body"], scene.direction_sign * every["x"]])
+    rows = {name: values[order] for name, values in every.items()}
+    return PassContacts(patches=wing.joined(nose).taken(order), speed=scene.velocity, modulus=table.modulus, **rows)
 
 
-class BodyContacts(NamedTuple):
-    """Patches of one body, as of PassContacts."""
-
-    patches: RolledEllipses
-    x: np.ndarray
-    position: np.ndarray
-    angle: np.ndarray
-    enlarged: np.ndarray
-    radii: np.ndarray
-
-
-def _of_body(scene: Scene, table: ContactTable, b: int, force: np.ndarray, options: PatchOptions) -> BodyContacts:
-    """Those of one body under vertical forces (n,) [N]."""
+def _of_body(
+    scene: Scene, table: ContactTable, b: int, force: np.ndarray, options: PatchOptions
+) -> tuple[RolledEllipses, dict[str, np.ndarray]]:
+    """Patches of one body under vertical forces (n,) [N], and what PassContacts holds of each beside them."""
     carries = np.flatnonzero((force > LEAST_FORCE) & (table.stiffness[b] > 0))
     angle = table.angle[b, carries]
     normal = force[carries] / np.cos(angle)
@@ -213,8 +159,14 @@ def _of_body(scene: Scene, table: ContactTable, b: int, force: np.ndarray, optio
         initial_slope=options.initial_slope,
         strips=strips,
     )
-    position = patch_centres(table, b, carries)
-    return BodyContacts(patches, table.x[carries], position, angle, large, table.radii[b, carries])
+    return patches, {
+        "body": np.full(len(carries), b),
+        "x": table.x[carries],
+        "position": patch_centres(table, b, carries),
+        "angle": angle,
+        "enlarged": large,
+        "radii": table.radii[b, carries],
+    }
 
 
 def wear_field(

@@ -317,7 +317,7 @@ def groove_field(site: CrossingSite, scene: Scene, contacts: PassContacts, shape
 
 def _hardest(contacts: PassContacts, body: int) -> Patch | None:
     own = np.flatnonzero(contacts.body == body)
-    return contacts[int(own[np.argmax(contacts.patches.normal_force[own])])].patch if len(own) else None
+    return contacts.patches.patch(int(own[np.argmax(contacts.patches.normal_force[own])])) if len(own) else None
 
 
 def left_to_flow(site: CrossingSite, scene: Scene, shape: WornSurface, table: ContactTable) -> np.ndarray:

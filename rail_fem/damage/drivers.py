@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.sites import contacts_of_pass, laws_of
 from rail_fem.damage.traffic import Sensitivity, elasticity
 from rail_fem.damage.wear import worn_area
@@ -29,9 +30,9 @@ DRIVERS: dict[str, tuple[Callable[[Scene], float], Callable[[Scene, float], Scen
 
 def volume(scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None, body: str) -> float:
     """Worn off a body ("wing" or "nose") by one pass of the scene's wheel [m3]."""
-    law = laws_of(settings)[settings.law]
     contacts = contacts_of_pass(solve("rigid_hertz", scene, run), settings)
-    return sum(worn_area(law, c.patch, c.speed) for c in contacts if c.body == body) * settings.patch_spacing
+    areas = worn_area(laws_of(settings)[settings.law], contacts.patches, contacts.speed)
+    return float(areas[contacts.body == BODIES.index(body)].sum()) * settings.patch_spacing
 
 
 SHAPES = ("P8", "P8-worn", "P8-hollow")

@@ -306,15 +306,15 @@ class KrausePoll(OverStrips):
         return friction_work_of_cells(patch) * to_cells(np.where(power > self.limit, self.severe, self.mild))
 
 
-def worn_area(law: WearLaw, patch: Patch, speed: float) -> float:
-    """Area worn off the section by one pass [m2], or volume per metre rolled."""
-    return float(law.depth(patch, speed).sum() * patch.grid.dy)
+def worn_area(law: WearLaw, patch: Patches, speed: float) -> np.ndarray:
+    """(...) area worn off the section by one pass [m2], or volume per metre rolled."""
+    return law.depth(patch, speed).sum(axis=-1) * patch.grid.dy
 
 
 def specific_wear(law: WearLaw, patch: Patch, speed: float) -> float:
     """Worn volume per friction work [m3/J]; NaN where there is none."""
     work = patch.frictional_power
-    return worn_area(law, patch, speed) / work if work > 0 else np.nan
+    return float(worn_area(law, patch, speed)) / work if work > 0 else np.nan
 
 
 def dry_laws(hardness: float) -> dict[str, WearLaw]:

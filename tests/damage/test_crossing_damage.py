@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import rail_fem
+from geometry.surfaces.bodies import BODIES
 from rail_fem import cli
 from rail_fem.contact.contact_table import contact_table
 from rail_fem.damage.crossing import PatchOptions, pass_contacts, wear_field
@@ -35,9 +36,9 @@ def contacts(result):
 def test_wing_and_nose_carry_what_the_pass_says(result, contacts):
     x = result.history["x"]
     for body in ("wing", "nose"):
-        for c in [c for c in contacts if c.body == body][::7]:
-            vertical = c.patch.normal_force * np.cos(c.angle)
-            assert vertical == pytest.approx(np.interp(c.x, x, result.history[f"force_{body}"]), rel=1e-9)
+        own = contacts.body == BODIES.index(body)
+        vertical = (contacts.patches.normal_force * np.cos(contacts.angle))[own]
+        assert vertical == pytest.approx(np.interp(contacts.x[own], x, result.history[f"force_{body}"]), rel=1e-9)
 
 
 def test_strips_of_a_conformal_patch_have_the_wheels_own_slip(result, contacts):
@@ -64,7 +65,7 @@ def test_conformal_patches_wear_volume_and_differ_where_the_patch_is_wide(result
     assert (own.patches.pressure == contacts.patches.pressure).all()
     assert (own.patches.frictional_power >= 0).all()
     field = wear_field(own, LAWS)
-    strips = sum(worn_area(LAWS["archard"], c.patch, c.speed) for c in own) * 2e-3
+    strips = worn_area(LAWS["archard"], own.patches, own.speed).sum() * 2e-3
     assert field.volume("archard") == pytest.approx(strips, rel=1e-9)
     nose = own.body == 1
     assert own.tgamma[nose].sum() == pytest.approx(contacts.tgamma[nose].sum(), rel=0.03)
@@ -74,7 +75,7 @@ def test_conformal_patches_wear_volume_and_differ_where_the_patch_is_wide(result
 def test_volume_of_the_field_is_that_of_the_patches(contacts):
     field = wear_field(contacts, LAWS)
     for name, law in LAWS.items():
-        strips = sum(worn_area(law, c.patch, c.speed) for c in contacts) * 2e-3
+        strips = worn_area(law, contacts.patches, contacts.speed).sum() * 2e-3
         assert field.volume(name) == pytest.approx(strips, rel=1e-9)
 
 
@@ -97,17 +98,15 @@ def test_half_the_spacing_wears_the_same_volume(result):
 
 
 def test_no_patch_presses_more_than_the_hardness(contacts):
-    means = [c.patch.normal_force / c.patch.contact_area for c in contacts]
-    assert max(means) < 5e9 * 1.01
-    soft = [c for c in contacts if c.enlarged > 1]
-    for c in soft:
-        assert c.patch.normal_force / c.patch.contact_area == pytest.approx(5e9, rel=0.01)
+    means = contacts.patches.normal_force / contacts.patches.contact_area
+    assert means.max() < 5e9 * 1.01
+    assert means[contacts.enlarged > 1] == pytest.approx(5e9, rel=0.01)
 
 
 def test_damage_function_along_the_pass(contacts):
     """The nose, which takes the load over the transfer, has the larger T gamma; both lie in regions that are told."""
     model = WholeLifeRail()
-    top = {b: max((c.tgamma for c in contacts if c.body == b), default=0.0) for b in ("wing", "nose")}
+    top = {name: contacts.tgamma[contacts.body == b].max(initial=0.0) for b, name in enumerate(BODIES)}
     assert top["nose"] > top["wing"] > 0
     assert model.region(top["wing"]) in ("none", "fatigue") and np.isfinite(float(model.damage(top["nose"])))
 
