@@ -1,9 +1,11 @@
 """Base of every typed section of a case: immutable, no unknown keys, changed by copies."""
 
+import os
 from collections.abc import Mapping
-from typing import Annotated, Any, Self
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Strict, ValidationError
+from pydantic import BaseModel, ConfigDict, Strict, ValidationError, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from rail_fem.scene.input_errors import faults_of, quantity_of, table_of
@@ -76,11 +78,8 @@ class Frozen(BaseModel):
         values = {name: getattr(self, name) for name, field in type(self).model_fields.items() if not field.exclude}
         for name, change in changes.items():
             part = values.get(name)
-            values[name] = (
-                _replaced_part(name, part, change)
-                if isinstance(part, Frozen) and isinstance(change, Mapping)
-                else change
-            )
+            inner = isinstance(part, Frozen) and isinstance(change, Mapping)
+            values[name] = _replaced_part(name, part, change) if inner else change
         return type(self).checked(values, context)
 
 
@@ -110,17 +109,49 @@ def _bare_numbers(section: type[BaseModel], changes: Mapping[str, Any], otherwis
     return found
 
 
-def digest_of_read(stated: str, read: Any) -> str:
-    """Digest of what a file held: that of `read`, which has `source` and `digest`; "" where nothing was read.
+class FromFile(Frozen):
+    """A section that names a file, which is read once: the field READ holds what was read, with `source` and `digest`,
+    or nothing; the field `digest` what it held. A run keeps a copy of it under the name KEPT."""
 
-    Errors: PydanticCustomError where a scene states another one, that is, where the file has changed since.
-    """
-    found = read.digest if read else ""
-    if stated and read and stated != found:
-        raise input_error(
-            "changed_file", f"{read.source} has other content ({found[:12]}) than is stated ({stated[:12]})"
-        )
-    return found
+    READ: ClassVar[str]
+    KEPT: ClassVar[str]
+    TOLD: ClassVar[frozenset[str]]  # keys by which a file is read anew
+
+    @field_validator("digest", check_fields=False)
+    @classmethod
+    def _is_what_was_read(cls, stated: str, info: ValidationInfo) -> str:
+        """Errors: PydanticCustomError where a scene states another one, that is, where the file has changed since."""
+        read = info.data.get(cls.READ)
+        found = read.digest if read else ""
+        if stated and read and stated != found:
+            raise input_error(
+                "changed_file", f"{read.source} has other content ({found[:12]}) than is stated ({stated[:12]})"
+            )
+        return found
+
+    @classmethod
+    def path_of(cls, file: str, info: ValidationInfo, or_else: str = "") -> str:
+        """Where a file lies that was not read before: in a run's folder, or beside the case file. or_else : what may
+        stand there instead. Errors: PydanticCustomError where there is none."""
+        context = info.context or {}
+        in_run = "run_folder" in context
+        path = Path(context["run_folder"]) / cls.KEPT if in_run else Path(context.get("folder", ".")) / file
+        if not os.path.exists(path):
+            remedy = f"give a path relative to the case file, {or_else}or the {cls.KEPT} of a run that has used it"
+            raise input_error("absent_file", f'no file "{path.name}" in {path.parent}: {remedy}')
+        return str(path)
+
+    def replace_si(self, **changes: Any) -> Self:
+        """As Frozen.replace_si; a file that stays is not read again."""
+        if not self.TOLD & set(changes):
+            return self._replaced(changes, {"kept": getattr(self, self.READ)})
+        return self._replaced({"digest": ""} | changes, {})
+
+
+def kept(file: str, info: ValidationInfo) -> Any:
+    """What was read of this file before, where the context holds it."""
+    found = (info.context or {}).get("kept")
+    return found if found is not None and found.source == file else None
 
 
 def input_error(kind: str, text: str, **about: str) -> PydanticCustomError:

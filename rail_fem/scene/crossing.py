@@ -6,7 +6,6 @@ What only one family needs is imported where that family is made.
 from __future__ import annotations
 
 import functools
-import os
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
@@ -15,7 +14,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from geometry.surfaces.crossing import CastCrossing, CrossingError
-from rail_fem.scene.base import KEPT_SECTIONS, PRINTABLE, STEP_SUFFIXES, Frozen, digest_of_read, input_error
+from rail_fem.scene.base import KEPT_SECTIONS, PRINTABLE, STEP_SUFFIXES, FromFile, input_error, kept
 from rail_fem.scene.units import Quantity
 
 if TYPE_CHECKING:
@@ -55,7 +54,7 @@ FAMILY_KEYS = {  # what each family may be told beside `family`
 READING = tuple(sorted({*FAMILY_KEYS[SECTIONS], *FAMILY_KEYS[STEP]} - {"file", "extend"}))
 
 
-class Crossing(Frozen):
+class Crossing(FromFile):
     """Family UK-cast: by the design rules of the 56E1-R245-1:9.25 benchmark crossing, stretched to 1 in `ratio`.
 
     Family sections: by a file of its own sections, measured or drawn; see docs/case_file.md for the forms it may have.
@@ -63,6 +62,8 @@ class Crossing(Frozen):
     with a dipped joint or weld at x = 0, or an insulated joint's gap; without either, plain line. Family switch: from
     stock rail to switch rail, our own shape, no drawing.
     """
+
+    READ, KEPT, TOLD = "read", KEPT_SECTIONS, frozenset({"file", *READING})
 
     family: Literal["UK-cast", "sections", "step", "joint", "switch"] = Field(
         CAST, description="by design rules, by a file of sections, by a STEP file, plain rail with a joint, or a switch"
@@ -148,18 +149,7 @@ class Crossing(Frozen):
     @field_validator("file")
     @classmethod
     def _file_is_there(cls, file: str, info: ValidationInfo) -> str:
-        context = info.context or {}
-        if not file or _kept(file, info):
-            return file
-        in_run = "run_folder" in context
-        path = Path(context["run_folder"]) / KEPT_SECTIONS if in_run else Path(context.get("folder", ".")) / file
-        if not os.path.exists(path):
-            raise input_error(
-                "absent_file",
-                f'no file "{path.name}" in {path.parent}: give a path relative to the case file, or the'
-                f" {KEPT_SECTIONS} of a run that has used it",
-            )
-        return str(path)
+        return file if not file or kept(file, info) else cls.path_of(file, info)
 
     @field_validator("read", mode="plain")
     @classmethod
@@ -168,8 +158,8 @@ class Crossing(Frozen):
             raise input_error("not_a_key", "unknown key")
         if "file" not in info.data or not info.data["file"]:
             return None
-        if kept := _kept(info.data["file"], info):
-            return kept
+        if known := kept(info.data["file"], info):
+            return known
         from rail_fem.scene.section_files import SectionReading, read_crossing
 
         told = {} if "run_folder" in (info.context or {}) else {name: info.data.get(name) for name in READING}
@@ -184,11 +174,6 @@ class Crossing(Frozen):
             return read_crossing(path, reading)
         except (OSError, ValueError) as error:
             raise input_error("crossing_file", str(error), key="file") from error
-
-    @field_validator("digest")
-    @classmethod
-    def _is_what_was_read(cls, digest: str, info: ValidationInfo) -> str:
-        return digest_of_read(digest, info.data.get("read"))
 
     @model_validator(mode="before")
     @classmethod
@@ -229,12 +214,6 @@ class Crossing(Frozen):
         except CrossingError as error:
             raise input_error("crossing", str(error)) from error
         return self
-
-    def replace_si(self, **changes: Any) -> Self:
-        """As Frozen.replace_si; a file of sections that stays is not read again."""
-        if not {"file", *READING} & set(changes):
-            return self._replaced(changes, {"kept_crossing": self.read})
-        return self._replaced({"digest": ""} | changes, {})
 
     @property
     def name(self) -> str:
@@ -302,9 +281,3 @@ def _switch(radius: float, entry: float) -> MeasuredCrossing:
     from geometry.surfaces.switch_rails import switch_rails
 
     return switch_rails(Switch(radius=radius, entry=entry))
-
-
-def _kept(file: str, info: ValidationInfo) -> CrossingFile | None:
-    """What was read of this file before, where the context holds it."""
-    kept = (info.context or {}).get("kept_crossing")
-    return kept if kept is not None and kept.source == file else None

@@ -6,7 +6,6 @@ Files that a scene names are read once, when it is made: the scene carries what 
 that.
 """
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -16,7 +15,7 @@ from pydantic_core import PydanticCustomError
 
 from geometry.axes import tread_datum_y
 from geometry.surfaces.bodies import REGIONS
-from rail_fem.scene.base import GRAVITY, PRINTABLE, Count, Frozen, digest_of_read, input_error
+from rail_fem.scene.base import GRAVITY, PRINTABLE, Count, FromFile, Frozen, input_error, kept
 from rail_fem.scene.bearers import Bearers
 from rail_fem.scene.crossing import CAST, SWITCH, Crossing
 from rail_fem.scene.cyclic_hardening import CyclicHardening
@@ -35,12 +34,14 @@ SPIN_GYRATION = 0.25  # of a wheelset about its axle, where a case gives no iner
 READING = tuple(ProfileReading.__dataclass_fields__)  # keys of a wheel that say how its profile file is to be read
 
 
-class Wheel(Frozen):
+class Wheel(FromFile):
     """One wheel: a profile that geometry knows by name, or the path of a profile file beside the case file.
 
     digest : of what the profile file held; a run writes it, and a scene that states it takes no other content. measured
         : what was read.
     """
+
+    READ, KEPT, TOLD = "measured", KEPT, frozenset({"profile", *READING})
 
     profile: str = Field(
         max_length=400, pattern=PRINTABLE, description="name of a wheel profile, or the path of a profile file"
@@ -69,23 +70,11 @@ class Wheel(Frozen):
     @field_validator("profile")
     @classmethod
     def _profile_is_there(cls, profile: str, info: ValidationInfo) -> str:
-        context = info.context or {}
-        if profile in WHEEL_NAMES or _kept(profile, info):
+        if profile in WHEEL_NAMES or kept(profile, info):
             return profile
         if not Path(profile).suffix:
             raise PydanticCustomError("choice", "unknown", {"choices": WHEEL_NAMES})
-        path = (
-            Path(context["run_folder"]) / KEPT
-            if "run_folder" in context
-            else Path(context.get("folder", ".")) / profile
-        )
-        if not os.path.exists(path):
-            remedy = (
-                f"give a path relative to the case file, one of {', '.join(WHEEL_NAMES)}, or the {KEPT} of a run that"
-                " has used it"
-            )
-            raise input_error("absent_file", f'no file "{path.name}" in {path.parent}: {remedy}')
-        return str(path)
+        return cls.path_of(profile, info, f"one of {', '.join(WHEEL_NAMES)}, ")
 
     @field_validator("measured", mode="plain")
     @classmethod
@@ -96,25 +85,14 @@ class Wheel(Frozen):
         if profile in WHEEL_NAMES:
             _refuse_reading(profile if "profile" in info.data else "", told)
             return None
-        if kept := _kept(profile, info):
-            return kept
+        if known := kept(profile, info):
+            return known
         try:
             return read_wheel(
                 Path(profile), ProfileReading() if "run_folder" in (info.context or {}) else ProfileReading(**told)
             )
         except (OSError, ValueError) as error:
             raise input_error("profile_file", str(error), key="profile") from error
-
-    @field_validator("digest")
-    @classmethod
-    def _is_what_was_read(cls, digest: str, info: ValidationInfo) -> str:
-        return digest_of_read(digest, info.data.get("measured"))
-
-    def replace_si(self, **changes: Any) -> Self:
-        """As Frozen.replace_si; a profile file that stays is not read again."""
-        if not {"profile", *READING} & set(changes):
-            return self._replaced(changes, {"kept": self.measured})
-        return self._replaced({"digest": ""} | changes, {})
 
     @property
     def name(self) -> str:
@@ -137,12 +115,6 @@ def _refuse_reading(profile: str, told: dict[str, Any]) -> None:
             raise input_error(
                 "not_of_a_name", f"is told of a profile file, {profile} is known by its name: leave it out", key=name
             )
-
-
-def _kept(profile: str, info: ValidationInfo) -> MeasuredWheel | None:
-    """What was read of this profile file before, where the context holds it."""
-    kept = (info.context or {}).get("kept")
-    return kept if kept is not None and kept.source == profile else None
 
 
 class Vehicle(Frozen):

@@ -72,7 +72,13 @@ class CrossingFile:
 
     def crossing(self, extend: bool) -> MeasuredCrossing:
         """The crossing; the same object for the same sections. Errors: CrossingError."""
-        return _crossing(self.digest, extend, _Sections(self))
+        return _crossing(self, extend)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, CrossingFile) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
 
     def keep(self, folder: Path) -> None:
         """Write crossing_sections.csv into a run's folder. Errors: OSError."""
@@ -83,22 +89,8 @@ class CrossingFile:
         write_text_atomically(Path(folder) / KEPT_SECTIONS, "\n".join([*head, *rows]) + "\n")
 
 
-class _Sections:
-    """Sections that a cache's key does not look at: their digest stands beside them."""
-
-    def __init__(self, file: CrossingFile):
-        self.file = file
-
-    def __eq__(self, other) -> bool:
-        return isinstance(other, _Sections)
-
-    def __hash__(self) -> int:
-        return 0
-
-
 @functools.lru_cache(maxsize=8)
-def _crossing(digest: str, extend: bool, sections: _Sections) -> MeasuredCrossing:
-    file = sections.file
+def _crossing(file: CrossingFile, extend: bool) -> MeasuredCrossing:
     return measured_crossing(file.x, list(file.sections), extend, Path(file.source).name)
 
 
