@@ -23,7 +23,7 @@ from rail_fem.contact.contact_table import ContactTable, fresh_table, patch_size
 from rail_fem.damage.contact_facts import ContactFacts, facts_of
 from rail_fem.damage.crossing import PassContacts, PatchOptions, footprints, table_contacts, wear_field
 from rail_fem.damage.deposit import Footprints, deposit
-from rail_fem.damage.evolution import Rate
+from rail_fem.damage.evolution import Rate, Site
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.flowed_surface import passes_to_flow
 from rail_fem.damage.groove import FlowLaw, Grooves, carried_beyond, groove_strips, grooves, mean_under
@@ -111,7 +111,7 @@ class CrossingRate(Rate):
 
 
 @dataclass(frozen=True, eq=False)
-class CrossingSite:
+class CrossingSite(Site):
     """base : the unworn crossing;  run : numerics of the pass;  spacing : between patches [m];  factor : of calibration
     on all laws;  hardness, shear_yield [Pa];  pool : processes that share the passes; None: this one
     flow : (2, m, n) depths by which plastic flow lowered the surfaces before they wear [m]; None: it did not
@@ -136,18 +136,6 @@ class CrossingSite:
     wheel_laws: Mapping[str, WearLaw] | None = None
     wheel_lines: np.ndarray = field(default_factory=lambda: wheel_lines(0.25e-3), repr=False)
     fatigue: WholeLifeRail = WholeLifeRail()
-
-    @property
-    def starts(self) -> np.ndarray:
-        """Nothing: a pass is looked for without a first guess."""
-        return np.zeros(0)
-
-    def start_from(self, starts: np.ndarray) -> None:
-        """Nothing to do."""
-
-    def afresh(self) -> CrossingSite:
-        """One that remembers nothing: itself."""
-        return self
 
     def first(self) -> WornSurface:
         """The crossing before any pass."""

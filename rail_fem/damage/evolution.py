@@ -113,29 +113,37 @@ class Rate:
         return float(max(max(own.force) for _, own in self.kinds))
 
 
-class Site(Protocol):
-    """What passes. starts : (k,) from which it looks for its states next, part of what a restart needs."""
+class Site:
+    """What passes; beside these methods a site has its laws by name in `laws`, `first` gives its shape before any pass,
+    `rate` what a mean pass wears off a shape. Here it remembers nothing and its steel does not flow."""
 
-    laws: dict
+    laws: Any
 
     @property
-    def starts(self) -> np.ndarray: ...
+    def starts(self) -> np.ndarray:
+        """(k,) from which it looks for its states next, part of what a restart needs."""
+        return np.zeros(0)
 
-    def start_from(self, starts: np.ndarray) -> None: ...
+    def start_from(self, starts: np.ndarray) -> None:
+        """Look for them from there, NaN: without a first guess."""
 
-    def afresh(self) -> Self: ...
+    def afresh(self) -> Self:
+        """One that remembers nothing."""
+        return self
 
-    def first(self) -> Shape: ...
+    def first(self) -> Any:
+        raise NotImplementedError
 
-    def rate(self, shape: Shape) -> Rate: ...
+    def rate(self, shape: Any) -> Any:
+        raise NotImplementedError
 
     def flowed(self, shape: Any, rate: Any, passes: float) -> Any:
-        """The shape after the plastic flow of some passes at a rate; itself where nothing flows."""
-        ...
+        """The shape after the plastic flow of some passes at a rate."""
+        return shape
 
     def flow_passes(self, rate: Any, depth: float) -> float:
         """Passes in which it flows by a depth [m]; inf where it never does."""
-        ...
+        return float("inf")
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,8 +40,10 @@ def fleet_life(settings: DamageSettings, state: Evolution, after: CrossingRate) 
     rest = np.delete(depth, turned).mean()
     total = float(depth.sum())
     body, flat = divmod(place, state.depth[0].size)
-    with np.errstate(divide="ignore"):
-        passes = {law: left.flat[place] / rates[::-1] for law, rates in worn.items()}
+    never = np.full(len(QUANTILES), np.nan)  # where nothing wears
+    passes = {
+        law: np.divide(left.flat[place], rates, out=never.copy(), where=rates > 0)[::-1] for law, rates in worn.items()
+    }
     return {
         "body": shape.parts[body],
         "at": shape.place(flat),

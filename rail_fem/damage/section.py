@@ -15,7 +15,7 @@ from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.profile import Profile
 from geometry.wheelset import RailPosition, Track, Wheelset
 from rail_fem.damage.contact_facts import ContactFacts, facts_of_points
-from rail_fem.damage.evolution import Rate
+from rail_fem.damage.evolution import Rate, Site
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.rolling import Rolling, RollingPoint, equilibrium_on_yielding_rails, roll
 from rail_fem.damage.wear import Archard, WearLaw, friction_work
@@ -70,7 +70,7 @@ class WearRate(Rate):
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class Section(Site):
     """The left rail's position is that of `track`, whatever wears. laws : by name; factor : of calibration on all of
     them;  lateral_stiffness : of one rail [N/m];  fatigue : damage of a contact by its T gamma;  hardness,
     shear_yield [Pa] : of its steel"""
@@ -134,14 +134,6 @@ class Section:
             left = [point for point in points if point.side == "left"]
             found.append(PassRecord(p, points, at, facts_of_points(left, self.hardness, self.shear_yield)))
         return tuple(found)
-
-    def flowed(self, shape: WornProfile, rate: WearRate, passes: float) -> WornProfile:
-        """Itself: a section's steel does not flow."""
-        return shape
-
-    def flow_passes(self, rate: WearRate, depth: float) -> float:
-        """Never."""
-        return float("inf")
 
     def rate(self, worn: WornProfile) -> WearRate:
         """Mean wear of one pass over the worn section."""

@@ -6,7 +6,6 @@ damage.npz (results, SI), profile_before.txt and profile_after.txt of a section 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
@@ -27,6 +26,7 @@ from rail_fem.damage.sites import crossing_site, stepping_of, switch_section, to
 from rail_fem.damage.study_state import read_state, state_arrays, write_state
 from rail_fem.damage.summary import summary
 from rail_fem.files.atomic import write_atomically, write_text_atomically
+from rail_fem.files.strict_json import dumps
 from rail_fem.processes.pool import Pool, Workers
 from rail_fem.processes.progress import Progress
 from rail_fem.result.runfolder import digest, held, prepare_folder
@@ -159,17 +159,7 @@ def _write_results(folder: Path, summary: dict[str, Any], arrays: dict[str, np.n
             np.savez_compressed(stream, **arrays)
 
     write_atomically(folder / ARRAYS, write)
-    write_text_atomically(folder / RESULT, json.dumps(_plain(summary), indent=1, allow_nan=False) + "\n")
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [_plain(v) for v in value]
-    if isinstance(value, (float, np.floating)):
-        return float(value) if np.isfinite(value) else None
-    return value.item() if isinstance(value, np.generic) else value
+    write_text_atomically(folder / RESULT, dumps(summary) + "\n")
 
 
 def passes_of(text: str) -> float:

@@ -85,14 +85,6 @@ def subsurface_fatigue(
     return SubsurfaceFatigue(depth, patch.grid.y[kept], dang_van, jiang, steel.limit)
 
 
-def enclosing_sphere(points: np.ndarray) -> tuple[np.ndarray, float]:
-    """Centre (d,) and radius of the smallest sphere about points (t, d): the radius holds all of them and is at most
-    TIGHT too large."""
-    points = np.ascontiguousarray(points, float)
-    centre = np.empty(points.shape[1])
-    return centre, _sphere(points, centre)
-
-
 def _lengthened(patch: Patch) -> Patch:
     """The patch on a grid REACH of its half lengths longer at both ends."""
     more = int(np.ceil(REACH * patch.grid.nx / 2))
@@ -112,8 +104,9 @@ def plane_normals() -> np.ndarray:
 
 
 @njit(cache=True)
-def _sphere(points, centre):
-    """Radius; leaves the centre. Frank and Wolfe's method on the dual, with away steps."""
+def enclosing_sphere(points, centre):
+    """Radius of the smallest sphere about points (t, d), at most TIGHT too large; leaves the centre (d,). Frank and
+    Wolfe's method on the dual, with away steps."""
     t, d = points.shape
     share = np.zeros(t)
     first = _farthest(points, points[0])
@@ -186,7 +179,7 @@ def dang_van_stress(path, weight):
         mean = (path[i, 0] + path[i, 1] + path[i, 2]) / 3.0
         for k in range(3):
             points[i, k], points[i, k + 3] = path[i, k] - mean, root * path[i, k + 3]
-    _sphere(points, centre)
+    enclosing_sphere(points, centre)
     worst = -np.inf
     for i in range(t):
         for k in range(3):

@@ -311,12 +311,6 @@ def worn_area(law: WearLaw, patch: Patches, speed: float) -> np.ndarray:
     return law.depth(patch, speed).sum(axis=-1) * patch.grid.dy
 
 
-def specific_wear(law: WearLaw, patch: Patch, speed: float) -> float:
-    """Worn volume per friction work [m3/J]; NaN where there is none."""
-    work = patch.frictional_power
-    return float(worn_area(law, patch, speed)) / work if work > 0 else np.nan
-
-
 def dry_laws(hardness: float) -> dict[str, WearLaw]:
     """The laws between which a result's band lies: name -> law, for a worn body of this hardness [Pa]."""
     return {

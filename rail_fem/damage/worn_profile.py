@@ -76,8 +76,22 @@ class WornProfile:
         return (len(self.points),)
 
     def smoothed(self, depth: np.ndarray, width: float) -> np.ndarray:
-        """Depths (n,) spread along the line by a standard deviation [m]."""
-        return smoothed_depth(self, depth, width)
+        """Depths (n,) spread by a Gauss curve of standard deviation `width` [m] along the line, mirrored at its ends;
+        the area is kept.
+
+        Solved as diffusion over a time of width^2 / 2 in implicit steps, which never makes a depth negative.
+        """
+        if width == 0 or not depth.any():
+            return depth
+        from scipy.linalg import solveh_banded
+
+        steps, w, gap = 8, self.widths, np.diff(self.arc_length)
+        flow = width**2 / 2 / steps / gap
+        main = w + np.concatenate([[0.0], flow]) + np.concatenate([flow, [0.0]])
+        band = np.vstack([np.concatenate([[0.0], -flow]), main])
+        for _ in range(steps):
+            depth = solveh_banded(band, w * depth)
+        return np.maximum(depth, 0.0)
 
     @property
     def flow_depth(self) -> float:
@@ -210,25 +224,6 @@ def _on_line(line: Profile, s: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     y, z = np.interp(wanted, s, line.points[:, 0]), np.interp(wanted, s, line.points[:, 1])
     height, slope = line.height(y), line.slope(y)
     return np.column_stack([y, np.where(np.abs(slope) < 10, height, z)])
-
-
-def smoothed_depth(worn: WornProfile, depth: np.ndarray, width: float) -> np.ndarray:
-    """Depths (n,) spread by a Gauss curve of standard deviation `width` [m] along the line, mirrored at its ends; the
-    area is kept.
-
-    Solved as diffusion over a time of width^2 / 2 in implicit steps, which never makes a depth negative.
-    """
-    if width == 0 or not depth.any():
-        return depth
-    from scipy.linalg import solveh_banded
-
-    steps, w, gap = 8, worn.widths, np.diff(worn.arc_length)
-    flow = width**2 / 2 / steps / gap
-    main = w + np.concatenate([[0.0], flow]) + np.concatenate([flow, [0.0]])
-    band = np.vstack([np.concatenate([[0.0], -flow]), main])
-    for _ in range(steps):
-        depth = solveh_banded(band, w * depth)
-    return np.maximum(depth, 0.0)
 
 
 def depth_between(worn: WornProfile, first: WornProfile) -> np.ndarray:

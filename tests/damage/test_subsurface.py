@@ -27,19 +27,25 @@ def path(**components):
     return np.column_stack([np.broadcast_to(components.get(name, 0.0), PHASE.shape) for name in names]).astype(float)
 
 
+def sphere(points):
+    """Centre and radius."""
+    centre = np.empty(points.shape[1])
+    return centre, enclosing_sphere(points, centre)
+
+
 def test_sphere_of_a_regular_simplex_and_of_two_points():
     corners = np.eye(5)
-    centre, radius = enclosing_sphere(corners)
+    centre, radius = sphere(corners)
     assert centre == pytest.approx(np.full(5, 0.2), abs=1e-4) and radius == pytest.approx(np.sqrt(0.8), rel=2e-5)
-    centre, radius = enclosing_sphere(np.array([[1.0, 0, 0], [3.0, 0, 0], [2.0, 0.5, 0]]))
+    centre, radius = sphere(np.array([[1.0, 0, 0], [3.0, 0, 0], [2.0, 0.5, 0]]))
     assert centre == pytest.approx([2, 0, 0], abs=1e-5) and radius == pytest.approx(1, rel=1e-5)
-    assert enclosing_sphere(np.ones((4, 3)))[1] == 0
+    assert sphere(np.ones((4, 3)))[1] == 0
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_spheres_hold_all_points_and_are_no_larger_than_brute_force_finds(seed):
     points = np.random.default_rng(seed).normal(size=(40, 6)) * [3, 1, 1, 1, 0.1, 2]
-    centre, radius = enclosing_sphere(points)
+    centre, radius = sphere(points)
     far = lambda c: np.linalg.norm(points - c, axis=1).max()
     assert far(centre) <= radius * (1 + 1e-12)
     best = minimize(far, centre, method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-10, "maxiter": 4000}).fun

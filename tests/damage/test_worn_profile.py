@@ -8,7 +8,7 @@ from geometry.profiles.formats.by_suffix import read_raw, write_profile
 from geometry.profiles.profile import Profile
 from geometry.profiles.rail import rail_head
 from geometry.surfaces.switch import Switch
-from rail_fem.damage.worn_profile import WornOutError, WornProfile, area_between, depth_between, smoothed_depth
+from rail_fem.damage.worn_profile import WornOutError, WornProfile, area_between, depth_between
 
 HEAD = WornProfile.of(rail_head("56E1", 1 / 20))
 
@@ -89,12 +89,12 @@ def test_nodes_lie_on_the_profile_they_come_from():
 
 def test_smoothing_keeps_area_and_positive_depths_and_spreads_by_its_width():
     depth = groove(HEAD, 0.5, 2e-3)
-    wide = smoothed_depth(HEAD, depth, 0.5e-3)
+    wide = HEAD.smoothed(depth, 0.5e-3)
     assert (wide * HEAD.widths).sum() == pytest.approx((depth * HEAD.widths).sum(), rel=1e-12)
     s = HEAD.arc_length
     variance = lambda d: np.average((s - np.average(s, weights=d)) ** 2, weights=d)
     assert variance(wide) - variance(depth) == pytest.approx(0.5e-3**2, rel=0.01)
-    assert smoothed_depth(HEAD, depth, 0.0) is depth
+    assert HEAD.smoothed(depth, 0.0) is depth
 
 
 def test_a_worn_profile_stays_readable(tmp_path):
