@@ -164,15 +164,8 @@ def contact_cost(across: int, effort: Effort) -> ContactCost:
     side = across * EDGE
     rail = mesh_box((side, side, 2 * EDGE), (across, across, 2), name="rail")
     rail = replace(rail, points=rail.points - [side / 2, side / 2, 2 * EDGE])
-    wheel = mesh_cap(
-        np.inf,
-        np.inf,
-        (0.45 * side, 0.45 * side),
-        2 * EDGE,
-        1.1 * EDGE,
-        (0.45 * side, 0.45 * side, 2 * EDGE),
-        name="wheel",
-    )
+    half = 0.45 * side, 0.45 * side
+    wheel = mesh_cap(np.inf, np.inf, half, 2 * EDGE, 1.1 * EDGE, (*half, 2 * EDGE), name="wheel")
     turn = np.array([[np.cos(0.1), -np.sin(0.1), 0], [np.sin(0.1), np.cos(0.1), 0], [0, 0, 1]])
     wheel = replace(wheel, points=wheel.points @ turn.T + [0.3 * EDGE, 0.2 * EDGE, -1e-6])
     mesh = merge_bodies([rail, wheel])

@@ -1,11 +1,22 @@
-"""What all studies share: their options."""
+"""What all studies share: their options, and how long something takes."""
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import typer
 
 OUT = Annotated[Path | None, typer.Option("--out", help="folder for tables (.md, .csv) and figure (.png)")]
 QUICK = Annotated[bool, typer.Option("--quick", help="a look in short time")]
+
+Answer = TypeVar("Answer")
+
+
+def spent(action: Callable[[], Answer]) -> tuple[float, Answer]:
+    """Processor time of this process for it [s], and its answer."""
+    began = time.process_time()
+    answer = action()
+    return time.process_time() - began, answer

@@ -59,15 +59,9 @@ def keep_positive(mesh: HexMesh, axes: tuple[int, ...]) -> HexMesh:
     number[used] = np.arange(len(used))
     surface, clamp = number[mesh.surface], number[mesh.clamp]
     whole = (surface >= 0).all(axis=1)
-    return HexMesh(
-        mesh.points[used],
-        number[mesh.cells[keep]],
-        mesh.region[keep],
-        mesh.region_names,
-        surface[whole],
-        mesh.surface_region[whole],
-        clamp[clamp >= 0],
-    )
+    faces = surface[whole], mesh.surface_region[whole]
+    cells = number[mesh.cells[keep]], mesh.region[keep]
+    return HexMesh(mesh.points[used], *cells, mesh.region_names, *faces, clamp[clamp >= 0])
 
 
 def press(
@@ -168,10 +162,8 @@ def indent(
     times the rail's."""
     exact = point_contact(LOAD, WHEEL_RADIUS, RAIL_RADIUS, contact_modulus(STEEL, STEEL))
     size = 2 * exact.semi_y / across
-    rail, wheel = (
-        body(exact, np.inf, RAIL_RADIUS, size, "up"),
-        body(exact, WHEEL_RADIUS, np.inf, size * wheel_to_rail, "down"),
-    )
+    rail = body(exact, np.inf, RAIL_RADIUS, size, "up")
+    wheel = body(exact, WHEEL_RADIUS, np.inf, size * wheel_to_rail, "down")
     mass = FE_STEEL.density * 0.04 * 0.035**2
     dynamics = press(comm, wheel, rail, LOAD / 4, np.sqrt(1.5 * LOAD / 4 / exact.approach / mass), penalty)
     start = time.perf_counter()

@@ -3,7 +3,6 @@
 Of this process, the least of several rounds where a row can be repeated; kernels are compiled before.
 """
 
-import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -16,6 +15,7 @@ from rail_fem.contact.contact_table import table_of
 from rail_fem.contact.rigid import rigid_path
 from rail_fem.models import rigid_hertz
 from rail_fem.settings.light import RigidHertzSettings
+from rail_fem.studies.harness import spent
 
 START, END = -1.35, 0.75  # [m]
 WHEELS = "P8-worn", "P8", "P8-hollow", "P1"
@@ -24,16 +24,9 @@ CORES, STUDY = 2, 2000  # of a design study that the last row is extrapolated to
 LENGTHS = 0.116, 0.6  # transitions of the designs [m]
 
 
-def spent(work: Callable[[], Any]) -> float:
-    """Processor time of this process for it [s]."""
-    started = time.process_time()
-    work()
-    return time.process_time() - started
-
-
 def least(work: Callable[[], Any]) -> float:
     """The least of ROUNDS [s]."""
-    return min(spent(work) for _ in range(ROUNDS))
+    return min(spent(work)[0] for _ in range(ROUNDS))
 
 
 def case_with(path: Path, wheel: str, spacing: str = "2.5 mm", **crossing: Any) -> Case:
@@ -66,12 +59,12 @@ def rows_of(path: Path, designs: int) -> Iterator[list[str]]:
         for wheel in WHEELS:
             case = case_with(path, wheel, gap)
             table_of.cache_clear()
-            anew.append(spent(partial(run, case)))
+            anew.append(spent(partial(run, case))[0])
         words = f"pass by rigid_hertz, contacts every {gap} searched, surfaces kept"
         yield [words, f"{1e3 * np.mean(anew):.0f}", f"a wheel; at most {1e3 * max(anew):.0f}"]
     if designs:
         lengths = [f"{1e3 * length:.6g} mm" for length in np.linspace(*LENGTHS, designs)]
         new = [case_with(path, WHEELS[k % 4], "5 mm", transition_length=text) for k, text in enumerate(lengths)]
-        each = sum(spent(partial(run, case)) for case in new) / designs
+        each = sum(spent(partial(run, case))[0] for case in new) / designs
         whole = f"a pass; {STUDY} on {CORES} cores: {each * STUDY / CORES / 60:.0f} min (extrapolated)"
         yield [f"{designs} passes of crossings not seen before, every 5 mm", f"{1e3 * each:.0f}", whole]

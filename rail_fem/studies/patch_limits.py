@@ -55,11 +55,8 @@ def edge_case(right: float, left: float = 0.030) -> LimitCase:
     pair = BlockPair(
         lambda x, s: -crown(s) + 0 * x, lambda x, s: x**2 / (2 * ROLLING) + 0 * s, (-left, right), (-0.030, 0.030)
     )
-    name = (
-        f"nose {(left + right) * 1e3:g} mm wide, edges {left * 1e3:g} and {right * 1e3:g} mm"
-        if left < 0.02
-        else f"edge {right * 1e3:g} mm"
-    )
+    nose = f"nose {(left + right) * 1e3:g} mm wide, edges {left * 1e3:g} and {right * 1e3:g} mm"
+    name = nose if left < 0.02 else f"edge {right * 1e3:g} mm"
     return LimitCase(f"{name} from the initial contact", pair, NOSE_LOAD, (0.014, 0.014))
 
 

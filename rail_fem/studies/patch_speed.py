@@ -14,10 +14,9 @@ are Kalker's CONTACT (compiled Fortran, one thread, user seconds on a machine of
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,7 +35,7 @@ from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone
 from rail_fem.static_fe.solid_contact import finite_patch
-from rail_fem.studies.harness import OUT, QUICK
+from rail_fem.studies.harness import OUT, QUICK, spent
 
 LOAD, FRICTION, RADII = 1e5, 0.3, (0.46, 0.30)
 CREEPAGE = Creepage(1e-3, 5e-4, 0.3)
@@ -75,64 +74,54 @@ def solve_normal(cells: int) -> Patch:
 def least_seconds(action: Callable[[], Any], budget: float = 1.0) -> tuple[float, Any]:
     """Least processor time of repeated runs within a budget [s], after one that warms up; and the last result."""
     action()
-    least, spent = np.inf, 0.0
-    while spent < budget:
-        started = time.process_time()
-        result = action()
-        seconds = time.process_time() - started
-        least, spent = min(least, seconds), spent + seconds
-    return least, result
+    times: list[float] = []
+    while sum(times) < budget:
+        seconds, result = spent(action)
+        times.append(seconds)
+    return min(times), result
 
 
-def speed_row(
-    method: str, cells: int, seconds: float, error: float, reference: bool = False, problem: str = "normal"
-) -> dict:
-    """One point of the figure of speed against error."""
-    return {
-        "problem": problem,
-        "method": method,
-        "cells": cells,
-        "seconds": seconds,
-        "error": error,
-        "reference": reference,
-    }
+class SpeedRow(NamedTuple):
+    """One point of the figure of speed against error. reference : of others' numbers"""
+
+    problem: str
+    method: str
+    cells: int
+    seconds: float
+    error: float
+    reference: bool = False
 
 
-def normal_rows(sizes: tuple[int, ...]) -> list[dict]:
+def normal_rows(sizes: tuple[int, ...]) -> list[SpeedRow]:
     """Normal problem, and CONTACT's."""
     rows = []
     for cells in sizes:
         seconds, patch = least_seconds(lambda: solve_normal(cells))
-        rows.append(speed_row("half-space", cells, seconds, abs(patch.max_pressure / hertz().max_pressure - 1)))
-    return rows + [speed_row("half-space, CONTACT", cells, *numbers, True) for cells, numbers in CONTACT_NORMAL.items()]
+        error = abs(patch.max_pressure / hertz().max_pressure - 1)
+        rows.append(SpeedRow("normal", "half-space", cells, seconds, error))
+    return rows + [SpeedRow("normal", "half-space, CONTACT", n, *known, True) for n, known in CONTACT_NORMAL.items()]
 
 
-def tangential_rows(sizes: tuple[int, ...]) -> list[dict]:
+def tangential_rows(sizes: tuple[int, ...]) -> list[SpeedRow]:
     """Rolling, shift and FASTSIM against the extrapolated force; CONTACT's seconds beside the errors of equal cells."""
     solvers = {
         "rolling": lambda patch: rolling_contact(patch, STEEL, STEEL, FRICTION, CREEPAGE, estimate=False),
         "shift": lambda patch: shift_contact(patch, STEEL, STEEL, FRICTION, SHIFT, estimate=False),
     }
     rows, limits = [], {}
-    for name, solver in solvers.items():
+    for (name, solver), known in zip(solvers.items(), (CONTACT_ROLLING, CONTACT_SHIFT)):
         timed = {cells: least_seconds(partial(solver, solve_normal(cells))) for cells in sizes}
         forces = np.array([timed[cells][1].tangential_force for cells in sizes])
         limits[name] = extrapolated(forces)
         errors = np.linalg.norm(forces - limits[name], axis=1) / np.linalg.norm(limits[name])
-        rows += [
-            speed_row(name, cells, timed[cells][0], error, problem="tangential") for cells, error in zip(sizes, errors)
-        ]
-        known = CONTACT_ROLLING if name == "rolling" else CONTACT_SHIFT
-        rows += [
-            speed_row(f"{name}, CONTACT's seconds at our error", cells, known[cells], error, True, "tangential")
-            for cells, error in zip(sizes, errors)
-            if cells in known
-        ]
+        rows += [SpeedRow("tangential", name, n, timed[n][0], error) for n, error in zip(sizes, errors)]
+        theirs = f"{name}, CONTACT's seconds at our error"
+        rows += [SpeedRow("tangential", theirs, n, known[n], e, True) for n, e in zip(sizes, errors) if n in known]
     for cells in sizes:
         patch = elliptic_patch(hertz().semi_x, hertz().semi_y, LOAD, (cells, cells))
         seconds, result = least_seconds(lambda: fastsim(patch, STEEL, STEEL, FRICTION, CREEPAGE, estimate=False), 0.2)
         error = np.linalg.norm(result.tangential_force - limits["rolling"]) / np.linalg.norm(limits["rolling"])
-        rows.append(speed_row("FASTSIM", cells, seconds, error, problem="tangential"))
+        rows.append(SpeedRow("tangential", "FASTSIM", cells, seconds, error))
     return rows
 
 
@@ -152,7 +141,7 @@ def ellipse_slices() -> Slices:
     return wheel_on_prism(Body(block_behind(crown, -0.12), STEEL), Body(block_behind(tread, 0.12), STEEL), RADII[0])
 
 
-def slice_rows(sizes: tuple[int, ...]) -> list[dict]:
+def slice_rows(sizes: tuple[int, ...]) -> list[SpeedRow]:
     """Seconds and error of the largest pressure of both slice methods, n slices of n cells."""
     slices, exact, rows = ellipse_slices(), hertz().max_pressure, []
     methods = {
@@ -162,7 +151,7 @@ def slice_rows(sizes: tuple[int, ...]) -> list[dict]:
     for name, solver in methods.items():
         for n in sizes:
             seconds, patch = least_seconds(lambda: solver(n))
-            rows.append(speed_row(name, n, seconds, abs(patch.max_pressure / exact - 1)))
+            rows.append(SpeedRow("normal", name, n, seconds, abs(patch.max_pressure / exact - 1)))
     return rows
 
 
@@ -188,23 +177,20 @@ def ellipse_zone(exact: PointContact, across: int) -> FineZone:
     return FineZone(along, (-half, half), down, size, size, 1 + 3.2 / across)
 
 
-def finite_rows(across: tuple[int, ...]) -> list[dict]:
+def finite_rows(across: tuple[int, ...]) -> list[SpeedRow]:
     """Processor seconds and error of the largest pressure by numbers of elements over the smaller axis."""
     exact, rows = hertz(), []
     for count in across:
-        started = time.process_time()
-        patch = finite_patch(ellipse_blocks(), LOAD, ellipse_zone(exact, count))
-        seconds = time.process_time() - started
-        rows.append(
-            speed_row("finite elements, static", count, seconds, abs(patch.max_pressure / exact.max_pressure - 1))
-        )
+        seconds, patch = spent(lambda: finite_patch(ellipse_blocks(), LOAD, ellipse_zone(exact, count)))
+        error = abs(patch.max_pressure / exact.max_pressure - 1)
+        rows.append(SpeedRow("normal", "finite elements, static", count, seconds, error))
     return rows
 
 
-def all_rows(quick: bool) -> list[dict]:
+def all_rows(quick: bool) -> list[SpeedRow]:
     """Every method on the ellipse, and CONTACT's numbers."""
     seconds, _ = least_seconds(hertz, 0.1)
-    rows = [speed_row("Hertz, closed form", 0, seconds, float("nan"))]
+    rows = [SpeedRow("normal", "Hertz, closed form", 0, seconds, float("nan"))]
     rows += normal_rows((22, 44) if quick else (22, 44, 88, 176, 352, 704))
     rows += slice_rows((12,) if quick else (12, 22, 44, 88))
     rows += tangential_rows((11, 22, 44) if quick else (22, 44, 88, 176, 352))
@@ -212,16 +198,16 @@ def all_rows(quick: bool) -> list[dict]:
     return rows + finite_rows((6, 8) if quick else (6, 8, 12, 16, 22))
 
 
-def panels(rows: list[dict]) -> list[Panel]:
+def panels(rows: list[SpeedRow]) -> list[Panel]:
     """Speed against error of the normal problem and of that with friction; marks stand at the grids."""
     found = []
     for problem, of in (("normal", "largest pressure"), ("tangential", "tangential force")):
-        own = [row for row in rows if row["problem"] == problem and row["error"] > 0]
+        own = [row for row in rows if row.problem == problem and row.error > 0]
         lines = {}
-        for method in dict.fromkeys(row["method"] for row in own):
-            mine = [row for row in own if row["method"] == method]
-            look = "s:" if mine[0]["reference"] else "o-"
-            lines[method] = [row["error"] for row in mine], [row["seconds"] for row in mine], look
+        for method in dict.fromkeys(row.method for row in own):
+            mine = [row for row in own if row.method == method]
+            look = "s:" if mine[0].reference else "o-"
+            lines[method] = [row.error for row in mine], [row.seconds for row in mine], look
         found.append(Panel(f"relative error of the {of}", "seconds on one core", lines, problem, "xy"))
     return found
 
@@ -229,6 +215,5 @@ def panels(rows: list[dict]) -> list[Panel]:
 def main(quick: QUICK = False, out: OUT = None) -> None:
     """Speed against error of half-space, slices, FASTSIM, finite elements and CONTACT on one ellipse."""
     rows = all_rows(quick)
-    head = list(rows[0])
-    table = Table(head, [[row[name] for name in head] for row in rows])
+    table = Table(SpeedRow._fields, rows)
     publish("patch_speed", out, [table], panels(rows), "Speed against error on one patch, 100 kN, 14.3 x 10.8 mm")

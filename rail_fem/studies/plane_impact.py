@@ -32,7 +32,7 @@ from rail_fem.contact.contact_pairs import plain_rail_pair
 from rail_fem.contact.patch_methods import plain_rail_section
 from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
-from rail_fem.studies.harness import OUT, QUICK
+from rail_fem.studies.harness import OUT, QUICK, spent
 
 MM, MPA, US = 1e-3, 1e6, 1e-6
 DENSITY = 7800.0  # of the rail [kg/m^3]; the thesis does not state it
@@ -182,13 +182,12 @@ def judged(run: ImpactRun, element: float, end: float = 0.4e-3) -> str:
 
     rail, wheel = wheel_and_rail()
     middle, count = nearest_point(rail, wheel), round(end / run.step)
-    kept, tick = [k for k in sorted(run.impact.states) if 0 < k <= count], time.process_time()
-    finite = finite_impact(
-        rail, wheel.outline.edge_curves("face"), striker(), DENSITY, run.step, count,
-        Fineness(middle[None], element, 4 * MM, 5 * MM), (middle[0] - 8 * MM, middle[0] + 8 * MM),
-        run.scheme, lambda k: k in kept, 0.3 * MM,
-    )  # fmt: skip
-    spent, pairs = time.process_time() - tick, []
+    kept, pairs = [k for k in sorted(run.impact.states) if 0 < k <= count], []
+    fine, face = Fineness(middle[None], element, 4 * MM, 5 * MM), wheel.outline.edge_curves("face")
+    window, keep = (middle[0] - 8 * MM, middle[0] + 8 * MM), lambda k: k in kept
+    seconds, finite = spent(
+        lambda: finite_impact(rail, face, striker(), DENSITY, run.step, count, fine, window, run.scheme, keep, 0.3 * MM)
+    )
     for k in kept:
         points, stress = finite.von_mises(k)
         near = np.flatnonzero(np.hypot(*(points - middle).T) < 10 * MM)
@@ -197,7 +196,7 @@ def judged(run: ImpactRun, element: float, end: float = 0.4e-3) -> str:
         run.impact.struck.body.forget_points()
     there, ours = np.array(pairs).T
     return (
-        f"Plane-strain finite elements, {len(finite.body.nodes)} nodes, step {run.step / US:g} us, {spent:.0f} s of"
+        f"Plane-strain finite elements, {len(finite.body.nodes)} nodes, step {run.step / US:g} us, {seconds:.0f} s of"
         f" CPU: largest von Mises stress {there.max() / MPA:.1f} MPa; boundary elements at the same points"
         f" {ours.max() / there.max() - 1:+.2%}, at any instant {np.abs(ours - there).max() / there.max():.2%} of it."
     )
@@ -223,15 +222,11 @@ def main(
     out: OUT = None,
 ) -> None:
     """Impact of a wheel on a rail section by boundary elements with inertia; convergence in the step."""
-    tick = time.process_time()
-    struck = struck_rail(element * MM, cell * MM)
-    spent, steps = (
-        time.process_time() - tick,
-        sorted(step or ([20.0, 5.0] if quick else [20.0, 5.0, 2.0]), reverse=True),
-    )
+    made_in, struck = spent(lambda: struck_rail(element * MM, cell * MM))
+    steps = sorted(step or ([20.0, 5.0] if quick else [20.0, 5.0, 2.0]), reverse=True)
     runs = [march(struck, scheme, each * US) for scheme in (BACKWARD_EULER, TRAPEZOIDAL) for each in steps]
     counts = f"{struck.body.mesh.densities} densities, {len(struck.body.cells)} cells, {len(struck.mass)} contact nodes"
-    note = f"{counts}; matrices in {spent:.1f} s of CPU."
+    note = f"{counts}; matrices in {made_in:.1f} s of CPU."
     note += "\n\n" + judged(runs[-1], element * MM) if judge else ""
     title = "P8 wheel striking a BS 113A rail section at 100 mm/s (plane strain, foot held)"
     publish("plane_impact", out, [table(runs)], panels(runs), title, note, columns=1)

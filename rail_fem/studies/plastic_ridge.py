@@ -62,16 +62,9 @@ def hertz_load(ratio: float) -> tuple[float, float]:
 def pressed(ridge: Ridge, load: float, across: int) -> PressedRidge:
     """A ridge pressed somewhat beyond a load [N/m]; `across` : elements over the half-width by a pressure of 2.5 Y."""
     expected = load / (2 * 2.5 * YIELD)
-    room = 2.5 / SOFTEST
-    return press_ridge(
-        ridge,
-        CURVATURE,
-        room * expected,
-        int(np.ceil(room * across)),
-        STEEL,
-        Hardening.linear(YIELD, SLOPE),
-        1.02 * load,
-    )
+    room, hardening = 2.5 / SOFTEST, Hardening.linear(YIELD, SLOPE)
+    elements = int(np.ceil(room * across))
+    return press_ridge(ridge, CURVATURE, room * expected, elements, STEEL, hardening, 1.02 * load)
 
 
 def rows_of(ratio: float, radii: list[float], sizes: list[int]) -> tuple[dict[str, float], list[RidgeRow]]:

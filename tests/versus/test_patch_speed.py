@@ -33,7 +33,7 @@ def test_the_command_has_a_row_for_each_method_and_draws_them(tmp_path):
 
 
 def test_the_half_space_converges_to_hertz():
-    coarse, fine = (row["error"] for row in patch_speed.normal_rows((22, 44))[:2])
+    coarse, fine = (row.error for row in patch_speed.normal_rows((22, 44))[:2])
     assert coarse > fine and fine < 1e-3
 
 
@@ -51,7 +51,7 @@ def test_the_limit_of_a_series_is_that_of_the_order_it_shows(order, held):
 
 def test_coupled_slices_converge_to_hertz_and_slices_by_load_do_not():
     """The second misses what its closed form says, sqrt(3 P E* / (4 pi a R_y)) against Hertz: 8.5 %."""
-    errors = {(row["method"][:8], row["cells"]): row["error"] for row in patch_speed.slice_rows((12, 24))}
+    errors = {(row.method[:8], row.cells): row.error for row in patch_speed.slice_rows((12, 24))}
     assert errors["2.5D (b)", 24] < 5e-3
     assert errors["2.5D (a)", 24] == pytest.approx(0.085, abs=5e-3)
 
