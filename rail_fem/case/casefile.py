@@ -219,10 +219,8 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
     if scene is not None:
         errors += [error for name, run in runs.items() for error in _disagreements(scene, name, run)]
     if errors:
-        raise CaseError(
-            path,
-            errors[:MOST_ERRORS] + ([f"and {len(errors) - MOST_ERRORS} more"] if len(errors) > MOST_ERRORS else []),
-        )
+        more = [f"and {len(errors) - MOST_ERRORS} more"] if len(errors) > MOST_ERRORS else []
+        raise CaseError(path, errors[:MOST_ERRORS] + more)
     return Case(
         path,
         f"{title}; changed: {_told(changes)}" if changes else title,

@@ -9,7 +9,6 @@ from rail_fem.contact.rigid import meshed_stretch
 from rail_fem.fe.plan.kept_meshes import are_kept
 from rail_fem.fe.plan.mass_scaling import CUBE, GAIN, SHARE, quasi_static_factor, quasi_static_step
 from rail_fem.scene.scene import Frozen, Scene
-from rail_fem.scene.steel import Steel
 from rail_fem.settings.explicit import TWIN_COST, FeSettings
 
 # At the peak: 0.469 GB with 15,972 cells, 0.694 with 132,952; Gmsh's own process is not in it.
@@ -92,7 +91,7 @@ def foretold(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate:
 
 def critical_step(scene: Scene, settings: FeSettings) -> float:
     """Courant number times shortest edge over the fastest wave, mass scaling included [s]."""
-    fastest = max(_speed(steel) for steel in scene.materials.steels())
+    fastest = max(steel.wave_speed for steel in scene.materials.steels())
     smallest = min(settings.element_size, settings.along)
     steel = settings.courant * SHORTEST_EDGE * smallest / fastest
     if settings.mass_scaling == "auto" and settings.scaled_elements == "small":
@@ -121,10 +120,6 @@ def _heaviest_factor(scene: Scene, settings: FeSettings) -> float:
 def _lighter(settings: FeSettings) -> float:
     """What a mesh weighs with all elements scaled over what it does with small ones alone, for the same step."""
     return max(1.0, LIGHTER * min(1.0, (FINE / settings.element_size) ** 2))
-
-
-def _speed(steel: Steel) -> float:
-    return steel.wave_speed
 
 
 def _crossing_cells(settings: FeSettings, length: float) -> float:

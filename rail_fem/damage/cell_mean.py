@@ -39,10 +39,8 @@ def means_over_cells(first, second, first_borders, second_borders, values, out):
             for j in range(ny):
                 near, far = max(j - 1, 0), min(j + 1, ny - 1)
                 p, v = first[k, i, j], second[k, i, j]
-                p_x, p_y = (
-                    _change(first[k, low, j], p, first[k, high, j]),
-                    _change(first[k, i, near], p, first[k, i, far]),
-                )
+                p_x = _change(first[k, low, j], p, first[k, high, j])
+                p_y = _change(first[k, i, near], p, first[k, i, far])
                 v_x = _change(second[k, low, j], v, second[k, high, j])
                 v_y = _change(second[k, i, near], v, second[k, i, far])
                 p_half, v_half = (abs(p_x) + abs(p_y)) / 2, (abs(v_x) + abs(v_y)) / 2

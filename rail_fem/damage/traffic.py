@@ -16,19 +16,8 @@ UNITS = ((1.0 / 365.25, 14, "days"), (7 / 365.25, 9, "weeks"), (1 / 12, 24, "mon
 
 
 # Form and values of UIC 714, recalled, not opened: S up to a speed [m/s], K of each kind of stock
-SPEED_FACTORS = tuple(
-    (limit / 3.6, factor)
-    for limit, factor in (
-        (60, 1.0),
-        (80, 1.05),
-        (100, 1.15),
-        (130, 1.25),
-        (160, 1.35),
-        (200, 1.4),
-        (250, 1.45),
-        (np.inf, 1.5),
-    )
-)
+IN_KM_H = {60: 1.0, 80: 1.05, 100: 1.15, 130: 1.25, 160: 1.35, 200: 1.4, 250: 1.45, np.inf: 1.5}
+SPEED_FACTORS = tuple((limit / 3.6, factor) for limit, factor in IN_KM_H.items())
 STOCK_FACTORS = {"passenger": 1.0, "freight": 1.15, "tractive": 1.4}
 # Intervals [weeks] of inspection by track category: switches and crossings that are strengthened, that are not (None:
 # not allowed), and by a supervisor. Thesis, figure 1-6

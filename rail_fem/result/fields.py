@@ -66,19 +66,16 @@ def read_fields(path: Path) -> Fields:
     import meshio  # with the explicit models only
 
     try:
-        stored = _stored(path) or _stored_by_meshio(path)
+        arrays, time = _stored(path) or _stored_by_meshio(path)
+        cells, region = arrays["connectivity"].reshape(-1, 8), arrays["region"].ravel().astype(int)
+        of_metal = arrays["displacement"], arrays["plastic_strain"].ravel(), arrays["stress"]
+        stored = Fields(arrays["Points"], cells, region, *of_metal, time, Path(path).name)
     except KeyError as error:
         raise FieldsError(
             f"{path}: holds no {error.args[0]} on hexahedra; is it a field file of this program?"
         ) from None
-    except (
-        meshio.ReadError,
-        OSError,
-        ValueError,
-        SystemExit,
-        SyntaxError,
-        zlib.error,
-    ) as error:  # a cut-off file fails in the XML reader
+    # a cut-off file fails in the XML reader
+    except (meshio.ReadError, OSError, ValueError, SystemExit, SyntaxError, zlib.error) as error:
         raise FieldsError(f"{path}: cannot be read ({type(error).__name__}: {error}); run the case again") from None
     if not np.isfinite(stored.plastic_strain).all():
         wrong = int((~np.isfinite(stored.plastic_strain)).sum())
@@ -88,41 +85,20 @@ def read_fields(path: Path) -> Fields:
     return replace(stored, stress=tensor)
 
 
-def _stored(path: Path) -> Fields | None:
-    """What a file of this program holds, stress in VTK's order; None for one that is laid out in another way."""
+def _stored(path: Path) -> tuple[dict[str, np.ndarray], float] | None:
+    """Arrays by name and time of a file of this program, stress in VTK's order; None for one that is laid out in
+    another way."""
     found = read_arrays(path)
-    if found is None:
-        return None
-    arrays = {key.rpartition("/")[2]: array for key, array in found[0].items()}
-    return Fields(
-        arrays["Points"],
-        arrays["connectivity"].reshape(-1, 8),
-        arrays["region"].ravel().astype(int),
-        arrays["displacement"],
-        arrays["plastic_strain"].ravel(),
-        arrays["stress"],
-        found[1],
-        Path(path).name,
-    )
+    return found and ({key.rpartition("/")[2]: array for key, array in found[0].items()}, found[1])
 
 
-def _stored_by_meshio(path: Path) -> Fields:
+def _stored_by_meshio(path: Path) -> tuple[dict[str, np.ndarray], float]:
     """The same of any other VTU file, such as those of earlier versions."""
     import meshio
 
     mesh = meshio.read(path)
-    cells = mesh.cells_dict["hexahedron"]
-    region, strain, stress = (
-        np.asarray(mesh.cell_data_dict[name]["hexahedron"]) for name in ("region", "plastic_strain", "stress")
-    )
-    time = mesh.field_data.get("TimeValue", [np.nan])
-    return Fields(
-        mesh.points,
-        cells,
-        region.ravel().astype(int),
-        np.asarray(mesh.point_data["displacement"]),
-        strain.ravel(),
-        stress,
-        float(np.ravel(time)[0]),
-        Path(path).name,
-    )
+    arrays = {"Points": mesh.points, "connectivity": mesh.cells_dict["hexahedron"]}
+    for name in ("region", "plastic_strain", "stress"):
+        arrays[name] = np.asarray(mesh.cell_data_dict[name]["hexahedron"])
+    arrays["displacement"] = np.asarray(mesh.point_data["displacement"])
+    return arrays, float(np.ravel(mesh.field_data.get("TimeValue", [np.nan]))[0])

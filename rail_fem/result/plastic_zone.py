@@ -23,6 +23,9 @@ DEPTH, LAYER = 10e-3, 0.5e-3  # of the profile over depth, and of its layers [m]
 MOST_PARTS = 40  # of a cell's edge: cells of more than 10 mm say little of a block of 5 mm
 AROUND = 12e-3  # of the most strained metal that is looked at for the block [m]
 STRETCH = 60e-3  # along the track, of such metal that is looked at together [m]
+# corners at both ends of a cell's edges along its axes
+AHEAD = [[1, 2, 5, 6], [3, 2, 7, 6], [4, 5, 6, 7]]
+BEHIND = [[0, 3, 4, 7], [0, 1, 4, 5], [0, 1, 2, 3]]
 NAMES = (*WORST, "block", "integral", *LEVELS)
 
 
@@ -51,16 +54,8 @@ class PlasticZone:
 
     def plain(self) -> dict:
         """As a result keeps it: numbers and lists [SI]."""
-        return {
-            "values": dict(self.values),
-            "maximum": self.maximum,
-            "size": self.size,
-            "position": list(self.position),
-            "block": list(self.block),
-            "depth": self.depth.tolist(),
-            "profile": self.profile.tolist(),
-            "stress": self.stress.tolist(),
-        }
+        told = lambda value: value if isinstance(value, (float, dict)) else np.asarray(value).tolist()
+        return {name: told(value) for name, value in vars(self).items()}
 
 
 class _Samples(NamedTuple):
@@ -235,14 +230,7 @@ def _boxes(columns: np.ndarray) -> np.ndarray:
 
 def _samples(corners: np.ndarray, volume: np.ndarray) -> _Samples:
     """Each cell cut along its own axes into parts no longer than COLUMN."""
-    edges = np.stack(
-        [
-            (corners[:, [1, 2, 5, 6]] - corners[:, [0, 3, 4, 7]]).mean(axis=1),
-            (corners[:, [3, 2, 7, 6]] - corners[:, [0, 1, 4, 5]]).mean(axis=1),
-            (corners[:, [4, 5, 6, 7]] - corners[:, [0, 1, 2, 3]]).mean(axis=1),
-        ],
-        axis=1,
-    )
+    edges = (corners[:, AHEAD] - corners[:, BEHIND]).mean(axis=2)
     parts = np.ceil(np.linalg.norm(edges, axis=2) / COLUMN - 1e-6)
     counts = np.clip(parts, 1, MOST_PARTS).astype(np.int64)
     parts = []
@@ -251,14 +239,8 @@ def _samples(corners: np.ndarray, volume: np.ndarray) -> _Samples:
         position = np.einsum("pk,mkc->mpc", _shape_functions(count), corners[mine])
         height = (np.abs(edges[mine, :, 2]) / count).sum(axis=1)
         pieces = int(np.prod(count))
-        parts.append(
-            _Samples(
-                position.reshape(-1, 3),
-                np.repeat(volume[mine] / pieces, pieces),
-                np.repeat(height, pieces),
-                np.repeat(mine, pieces),
-            )
-        )
+        of_cells = (np.repeat(values, pieces) for values in (volume[mine] / pieces, height, mine))
+        parts.append(_Samples(position.reshape(-1, 3), *of_cells))
     return _Samples(*(np.concatenate(column) for column in zip(*parts)))
 
 

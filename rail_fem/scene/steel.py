@@ -154,14 +154,9 @@ def from_tensile_test(proof: float, strength: float, uniform: float, density: fl
 def prestrained(steel: Steel, strain: float) -> Steel:
     """The same steel after a monotonic plastic strain: its curve begins there."""
     keep = steel.hardening_strain > strain
-    return Steel(
-        steel.youngs_modulus,
-        steel.poisson,
-        steel.density,
-        np.r_[0.0, steel.hardening_strain[keep] - strain],
-        np.r_[steel.yield_stress(np.array(strain)), steel.hardening_stress[keep]],
-        steel.hardening,
-    )
+    beyond = np.r_[0.0, steel.hardening_strain[keep] - strain]
+    stress = np.r_[steel.yield_stress(np.array(strain)), steel.hardening_stress[keep]]
+    return replace(steel, hardening_strain=beyond, hardening_stress=stress, cyclic=None)
 
 
 # Mn13 with its running surface hardened by explosives: some 200 HB as cast become 400 HB at the surface and more than

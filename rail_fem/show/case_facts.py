@@ -107,12 +107,9 @@ def _shown(value, quantity) -> str:
 
 def _measured(scene: Scene) -> list[str]:
     """What the profile doctor found in a profile file."""
-    measured = scene.wheel.measured
-    return (
-        []
-        if measured is None
-        else ["", "wheel profile as read", *(row(weight, text) for weight, text in measured.findings)]
-    )
+    if scene.wheel.measured is None:
+        return []
+    return ["", "wheel profile as read", *(row(weight, text) for weight, text in scene.wheel.measured.findings)]
 
 
 def _derived(scene: Scene) -> list[str]:

@@ -77,10 +77,8 @@ def view_box(
     low, high = everything.min(axis=0), everything.max(axis=0)
     if len(of_interest):
         margin = 1e3 * MARGIN
-        nearer_low, nearer_high = (
-            np.maximum(low, of_interest.min(axis=0) - margin),
-            np.minimum(high, of_interest.max(axis=0) + margin),
-        )
+        nearer_low = np.maximum(low, of_interest.min(axis=0) - margin)
+        nearer_high = np.minimum(high, of_interest.max(axis=0) + margin)
         if (nearer_low < nearer_high).all():
             low, high = nearer_low, nearer_high
     return low[0], high[0], low[1], high[1]

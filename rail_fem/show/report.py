@@ -50,39 +50,24 @@ def headlines(result: PassResult) -> list[Headline]:
             f"y = {show(peak.y, shown, 4)}" if np.isfinite(peak.y) else "",
             f"in an element of {show(peak.size, shown, 2)}" if np.isfinite(peak.size) else "",
         )
-        value = amount(peak.value, peak.unit, digits_beside(result, name, peak.value))
-        found.append(Headline(name, value, *_bars(result, name, peak.unit), ", ".join(filter(None, where))))
-    found += [
-        Headline(
-            f"force low-passed at {cutoff:g} Hz",
-            engineering(low.value, "N", MOST_DIGITS),
-            "",
-            "",
-            f"at x = {show(low.x, shown, 4)}",
-        )
-        for cutoff in CUTOFFS
-        if (low := filtered_peak(result, cutoff)) is not None
-    ]
-    place = result.transfer_x
-    changes = "none" if np.isnan(place) else f"x = {amount(place, 'm', digits_beside(result, 'transfer_x', place))}"
-    found.append(Headline("transfer from wing to nose", changes, *_bars(result, "transfer_x", "m"), ""))
+        found.append(_with_bars(result, name, name, peak.value, peak.unit, ", ".join(filter(None, where))))
+    for cutoff in CUTOFFS:
+        if (low := filtered_peak(result, cutoff)) is not None:
+            force, where_low = engineering(low.value, "N", MOST_DIGITS), f"at x = {show(low.x, shown, 4)}"
+            found.append(Headline(f"force low-passed at {cutoff:g} Hz", force, "", "", where_low))
+    transfer = _with_bars(result, "transfer from wing to nose", "transfer_x", result.transfer_x, "m", "")
+    found.append(transfer._replace(value="none" if np.isnan(result.transfer_x) else f"x = {transfer.value}"))
     if not np.isnan(pressure := impact_pressure(result)):
-        bars = _bars(result, "impact_pressure", "Pa")
-        found.append(
-            Headline(
-                "mean pressure at the first impact",
-                amount(pressure, "Pa", digits_beside(result, "impact_pressure", pressure)),
-                *bars,
-                "of contact, weighted by force",
-            )
-        )
+        words, where_it_is = "mean pressure at the first impact", "of contact, weighted by force"
+        found.append(_with_bars(result, words, "impact_pressure", pressure, "Pa", where_it_is))
     return found
 
 
-def _bars(result: PassResult, name: str, unit: str) -> tuple[str, str]:
-    """Half widths of the bars of elements and of form in words, "" where none is claimed."""
+def _with_bars(result: PassResult, words: str, name: str, value: float, unit: str, where: str) -> Headline:
+    """A value of a reported quantity in words, with its bars of elements and of form."""
     known = lambda bar: amount(bar, unit, 2) if np.isfinite(bar) else ""
-    return known(result.error_bars.get(name, np.nan)), known(result.form_bar(name))
+    bars = known(result.error_bars.get(name, np.nan)), known(result.form_bar(name))
+    return Headline(words, amount(value, unit, digits_beside(result, name, value)), *bars, where)
 
 
 def _headline(one: Headline) -> str:
@@ -195,22 +180,18 @@ def folder_report(folder: Path) -> str:
     holds none of them."""
     folder = Path(folder)
     if (folder / "result.json").is_file():
-        figures = sorted(path for path in (folder / "figures").glob("*.png")) if (folder / "figures").is_dir() else []
-        return "\n".join(
-            [result_report(load(folder)), *(["", "figures", *(f"  {path}" for path in figures)] if figures else [])]
-        )
+        figures = [f"  {path}" for path in sorted((folder / "figures").glob("*.png"))]
+        return "\n".join([result_report(load(folder)), *(["", "figures", *figures] if figures else [])])
     below = sorted({path.parent for name in ("result.json", "status.json") for path in folder.glob(f"*/{name}")})
     if not (folder / "status.json").is_file() and below:
         return "\n".join([f"{folder}: {len(below)} run(s) below", *(f"  {_one_line(path)}" for path in below)])
     if not (folder / "status.json").is_file():
         raise FileNotFoundError(f"{folder}: holds neither a result nor a run; give the folder that run --out named")
     status = read_status(folder)
-    left = (
-        ""
-        if status["state"] != "running"
-        else f", eta {'unknown' if status['eta'] is None else duration(status['eta'])}"
-    )
-    where = f", process {status['pid']} on {status['host']}" if status["state"] == "running" and "pid" in status else ""
+    left = where = ""
+    if status["state"] == "running":
+        left = f", eta {'unknown' if status['eta'] is None else duration(status['eta'])}"
+        where = f", process {status['pid']} on {status['host']}" if "pid" in status else ""
     return (
         f"{folder}: {status['state']}, {status['percent']:.1f} %, step {status['step']}{left}, written"
         f" {status['updated']}{where}\n{status['message']}".rstrip()

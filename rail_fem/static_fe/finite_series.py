@@ -16,6 +16,7 @@ from rail_fem.result.extrapolation import extrapolated
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone
 from rail_fem.static_fe.solid_contact import FinitePatch, finite_patch
 
+LAST = 3  # of a series, by which its limit is told
 WIDTH = 0.6  # of an element along s to that along x: patches end more bluntly across
 _GROWTH = 2.0  # growth of outer elements beyond 1, over the element's share of the half length
 _COST = 3.3  # seconds grow with this power of the number of elements along a side
@@ -67,25 +68,19 @@ def to_stderr(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def limit_row(series: list[FinitePatch], last: int = 3) -> tuple[MethodRow, dict[str, float]]:
+def limit_row(series: list[FinitePatch]) -> tuple[MethodRow, dict[str, float]]:
     """The limit of the last patches of a series as a row, with the finest patch; and the relative uncertainty of each
     quantity.
 
     Length and width scatter by where the edge falls between two nodes and show no order: they are the finest elements'.
     """
-    rows, sizes = (
-        [MethodRow.of(patch.method, patch) for patch in series[-last:]],
-        [patch.size for patch in series[-last:]],
-    )
+    rows, sizes = [MethodRow.of(patch.method, patch) for patch in series[-LAST:]], [p.size for p in series[-LAST:]]
     limits = {name: extrapolated(sizes, [getattr(row, name) for row in rows], order) for name, order in ORDERS.items()}
     limits |= {"length": (rows[-1].length, _EDGE * sizes[-1]), "width": (rows[-1].width, _EDGE * series[-1].width)}
-    name = f"finite elements, limit of {', '.join(format(size * 1e3, '.3g') for size in sizes)} mm"
-    row = MethodRow(
-        name,
-        seconds=sum(patch.cost.seconds for patch in series),
-        patch=series[-1],
-        **{name: value for name, (value, _) in limits.items()},
-    )
+    of = f"{', '.join(format(size * 1e3, '.3g') for size in sizes)} mm"
+    seconds = sum(patch.cost.seconds for patch in series)
+    values = {name: value for name, (value, _) in limits.items()}
+    row = MethodRow(f"finite elements, limit of {of}", seconds=seconds, patch=series[-1], **values)
     return row, {name: miss / value for name, (value, miss) in limits.items()}
 
 

@@ -26,7 +26,7 @@ GAUSS = np.polynomial.legendre.leggauss(4)
 @dataclass(frozen=True)
 class PlaneContact:
     """x (n,) [m] nodes of the upper face; pressure (n,) [Pa]; approach [m] of the holders; fixed, moving : PlaneBody
-    fixed_displacement, moving_displacement : (2m,) [m] of their nodes, x and y in turn
+    fixed_displacement : (2m,) [m] of its nodes, x and y in turn
     """
 
     fixed: PlaneBody
@@ -35,7 +35,6 @@ class PlaneContact:
     pressure: np.ndarray
     approach: float
     fixed_displacement: np.ndarray
-    moving_displacement: np.ndarray
 
     @property
     def lowest(self) -> float:
@@ -208,9 +207,4 @@ def solve_plane_contact(
     """
     pressed = PressedBodies.build(fixed, moving, fineness, window)
     pressure, approach = pressed.solve(load)
-    shift = np.zeros(2 * len(pressed.above.nodes))
-    shift[1::2] = -approach
-    return PlaneContact(
-        pressed.below, pressed.above, pressed.x, pressure, approach, pressed.yielded @ pressure,
-        pressed.moved @ pressure + shift,
-    )  # fmt: skip
+    return PlaneContact(pressed.below, pressed.above, pressed.x, pressure, approach, pressed.yielded @ pressure)

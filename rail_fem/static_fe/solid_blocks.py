@@ -152,12 +152,5 @@ def block(height: Height, x: np.ndarray, s: np.ndarray, z: np.ndarray, facing: s
     points[:, 2] = away * points[:, 2] + rise * (1 - points[:, 2] / z[-1])
     if facing == "up":
         cells, surface = cells[:, [4, 5, 6, 7, 0, 1, 2, 3]], surface[:, ::-1].copy()
-    return HexMesh(
-        points,
-        cells,
-        np.zeros(len(cells), np.int8),
-        (facing,),
-        surface,
-        np.zeros(len(surface), np.int8),
-        bottom + len(z) - 1,
-    )
+    of_cells, of_faces = (np.zeros(len(each), np.int8) for each in (cells, surface))
+    return HexMesh(points, cells, of_cells, (facing,), surface, of_faces, bottom + len(z) - 1)

@@ -84,14 +84,9 @@ class ElasticPair:
 
     def __init__(self, pair: BlockPair, lower: LinedBlock, upper: LinedBlock, pairs: NodePairs) -> None:
         self.pairs, self.first = pairs, 3 * len(lower.mesh.points)
-        self.matrices = [
-            solid(block.mesh, steel).stiffness()
-            for block, steel in ((lower, pair.lower_steel), (upper, pair.upper_steel))
-        ]
-        self.inverses = [
-            BoxInverse(block.x, block.s, block.z, steel)
-            for block, steel in ((lower, pair.lower_steel), (upper, pair.upper_steel))
-        ]
+        sides = (lower, pair.lower_steel), (upper, pair.upper_steel)
+        self.matrices = [solid(block.mesh, steel).stiffness() for block, steel in sides]
+        self.inverses = [BoxInverse(block.x, block.s, block.z, steel) for block, steel in sides]
         self.offsets = lower.first, upper.first
         self.size = self.first + 3 * len(upper.mesh.points) + 1
         self.held = np.concatenate([_held(block) for block in (lower, upper)])
@@ -116,12 +111,8 @@ class ElasticPair:
 
     def approximate(self, force: np.ndarray) -> np.ndarray:
         """Approximate inverse, (3n + 1,) to (3n + 1,)."""
-        return np.concatenate(
-            [
-                *(inverse(part) for inverse, part in zip(self.inverses, np.split(force[:-1], [self.first]))),
-                [self.ease * force[-1]],
-            ]
-        )
+        parts = [inverse(part) for inverse, part in zip(self.inverses, np.split(force[:-1], [self.first]))]
+        return np.concatenate([*parts, [self.ease * force[-1]]])
 
     def _between(self, active: np.ndarray) -> np.ndarray:
         """Openings (m, m) of active pairs by the approximate inverse under unit forces that open them, displacements
@@ -189,22 +180,11 @@ def solve_set(
 def _pressing(pair: ElasticPair, active: np.ndarray, residual: np.ndarray) -> np.ndarray:
     """Forces (m,) [N] with which the constraints hold what is left of the balance, residual = -opening.T @ force: from
     both faces."""
-    normal = pair.pairs.normal[active]
-    ends = [
-        residual[first + 3 * nodes[active][:, None] + np.arange(3)]
-        for first, nodes in ((0, pair.pairs.lower), (pair.first, pair.pairs.upper))
-    ]
-    free = [
-        ~pair.held[first + 3 * nodes[active][:, None] + np.arange(3)]
-        for first, nodes in ((0, pair.pairs.lower), (pair.first, pair.pairs.upper))
-    ]
-    return (
-        sum(
-            sign * (normal * end).sum(axis=1) / (normal**2 * there).sum(axis=1)
-            for sign, end, there in zip((1, -1), ends, free)
-        )
-        / 2
-    )
+    normal, pressing = pair.pairs.normal[active], np.zeros(len(active))
+    for sign, first, nodes in ((1, 0, pair.pairs.lower), (-1, pair.first, pair.pairs.upper)):
+        at = first + 3 * nodes[active][:, None] + np.arange(3)
+        pressing += sign * (normal * residual[at]).sum(axis=1) / (normal**2 * ~pair.held[at]).sum(axis=1)
+    return pressing / 2
 
 
 def finite_patch(pair: BlockPair, load: float, zone: FineZone, start: Patch | None = None) -> FinitePatch:
@@ -303,10 +283,8 @@ def _fine_part(
     """Grid of the even part of the face, mirrored, and the pressure of its half; refuses pressure outside it."""
     x, s = pairs.x, pairs.s
     rows = int(np.searchsorted(x, min(zone.along, x[-1]) + 1e-9))
-    first, last = (
-        int(np.searchsorted(s, max(zone.across[0], common[0]) - 1e-9)),
-        int(np.searchsorted(s, min(zone.across[1], common[1]) + 1e-9)),
-    )
+    first = int(np.searchsorted(s, max(zone.across[0], common[0]) - 1e-9))
+    last = int(np.searchsorted(s, min(zone.across[1], common[1]) + 1e-9))
     outside = pressure.copy()
     outside[:rows, first:last] = 0.0
     if outside.any():

@@ -12,7 +12,7 @@ import numpy as np
 from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.result.events import NEAR_END, force_peaks, stated_peaks
-from rail_fem.result.quantities import REPORTED
+from rail_fem.result.quantities import FORCES, REPORTED
 from rail_fem.result.result import NAN, PassResult, Peak, load
 from rail_fem.result.runfolder import differences
 
@@ -96,6 +96,11 @@ def of_force(*names: str) -> Callable[[PassResult, PassResult], float]:
     return error
 
 
+def largest(name: str) -> ErrorMeasure:
+    """Of a largest force by its name."""
+    return ErrorMeasure(FORCES[name], of_force(name), (name,), name)
+
+
 def of_strain(body: str) -> Callable[[PassResult, PassResult], float]:
     """Relative difference of the mean plastic strain of a body's worst block, which has no history; NaN where one of
     the two blocks lies outside the common path."""
@@ -144,15 +149,9 @@ def history_error(result: PassResult, reference: PassResult, name: str = "force"
 QUANTITIES: dict[str, ErrorMeasure] = {
     "impact on the wheel": ErrorMeasure("impact on the wheel", of_force(*IMPACT), IMPACT, "impact_on_wheel"),
     SHARE: ErrorMeasure(f"{SHARE}, its share", of_force(*FIRST_IMPACT), FIRST_IMPACT),
-    "largest force": ErrorMeasure(
-        "largest force on the wheel", of_force("largest_force"), ("largest_force",), "largest_force"
-    ),
-    "largest wing force": ErrorMeasure(
-        "largest force on the wing rail", of_force("largest_force_wing"), ("largest_force_wing",), "largest_force_wing"
-    ),
-    "largest nose force": ErrorMeasure(
-        "largest force on the nose", of_force("largest_force_nose"), ("largest_force_nose",), "largest_force_nose"
-    ),
+    "largest force": largest("largest_force"),
+    "largest wing force": largest("largest_force_wing"),
+    "largest nose force": largest("largest_force_nose"),
     "history": ErrorMeasure("force history, relative L2", history_error),
     "strain": ErrorMeasure(
         "mean plastic strain of the nose's worst 5 x 5 x 3 mm", of_strain("nose"), reported="block_nose"
@@ -259,17 +258,10 @@ def _refuse_unlike_scenes(loaded: list[tuple[Path, PassResult]], chosen: int) ->
     for path, result in loaded:
         unlike = differences(reference.scene.plain(), result.scene.plain())
         if unlike:
-            raise CompareError(
-                "\n  ".join(
-                    [
-                        (
-                            f"{path}: another scene than {there}, {len(unlike)} difference(s); errors between scenes"
-                            " mean nothing"
-                        ),
-                        *unlike,
-                    ]
-                )
+            said = (
+                f"{path}: another scene than {there}, {len(unlike)} difference(s); errors between scenes mean nothing"
             )
+            raise CompareError("\n  ".join([said, *unlike]))
 
 
 def short_names(paths: list[Path]) -> tuple[str, ...]:
@@ -290,40 +282,22 @@ def table(comparison: Comparison) -> str:
     for name, result in zip(comparison.names, comparison.results):
         errors = [_shown(comparison, result, quantity) for quantity in QUANTITIES]
         position = "-" if np.isnan(result.transfer_x) else f"{result.transfer_x * 1e3:.1f}"
-        own = (
-            ", ".join(f"{key} {value:.2g}" for key, value in result.error_estimate.items() if np.isfinite(value))
-            or "none claimed"
-        )
-        lines.append(
-            [
-                name,
-                result.model,
-                f"{core_seconds(result):.3g}",
-                f"{result.cost.search_time:.3g}, {result.cost.compile_time:.3g}",
-                common_path(result, comparison.reference).words,
-                *errors,
-                position,
-                own,
-                f"{len(result.warnings)}",
-            ]
-        )
+        own = ", ".join(f"{key} {value:.2g}" for key, value in result.error_estimate.items() if np.isfinite(value))
+        cost = f"{core_seconds(result):.3g}", f"{result.cost.search_time:.3g}, {result.cost.compile_time:.3g}"
+        path = common_path(result, comparison.reference).words
+        said = position, own or "none claimed", f"{len(result.warnings)}"
+        lines.append([name, result.model, *cost, path, *errors, *said])
     return "\n".join(markdown_table(head, lines)) + "\n"
 
 
 def _shown(comparison: Comparison, result: PassResult, quantity: str) -> str:
     if result is comparison.reference:
         return "reference"
-    error, why = (
-        comparison.error(result, quantity),
-        accident(result, comparison.reference, *QUANTITIES[quantity].forces),
-    )
-    return (
-        "-"
-        if np.isnan(error)
-        else f"{error:.1%}"
-        if quantity == "history"
-        else f"{error:+.1%}" + (f" ({why})" if why else "")
-    )
+    error = comparison.error(result, quantity)
+    if np.isnan(error):
+        return "-"
+    why = accident(result, comparison.reference, *QUANTITIES[quantity].forces)
+    return f"{error:.1%}" if quantity == "history" else f"{error:+.1%}" + (f" ({why})" if why else "")
 
 
 def warnings(comparison: Comparison) -> str:
@@ -350,10 +324,8 @@ def advice(comparison: Comparison, limit: float, quantity: str) -> str:
             f"nothing less expensive than {reference} is within {limit:.3g} of it in"
             f" {QUANTITIES[quantity].meaning}{caution}"
         )
-    result, ratio = (
-        comparison.results[found],
-        core_seconds(comparison.reference) / core_seconds(comparison.results[found]),
-    )
+    result = comparison.results[found]
+    ratio = core_seconds(comparison.reference) / core_seconds(result)
     flags = f", with {len(result.warnings)} warning(s) of its own" if result.warnings else ""
     return (
         f"{comparison.names[found]} ({result.model}) is the least expensive within {limit:.3g} of {reference} in"

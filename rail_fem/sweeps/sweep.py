@@ -9,6 +9,7 @@ pass. Light models run in their worker's process, parallel ones under mpirun.
 from __future__ import annotations
 
 import functools
+import itertools
 import json
 import os
 import signal
@@ -233,23 +234,10 @@ def _under_mpirun(job: Job, ranks: int, anew: bool, tries: int) -> str:
 
     They read the case again, and refuse another content than this sweep has read.
     """
-    program = [
-        sys.executable,
-        "-P",  # nothing is imported from the current folder
-        "-m",
-        "mpi4py",
-        "-m",
-        "rail_fem",
-        "run",
-        str(job.case.path),
-        "--model",
-        job.model,
-        "--out",
-        str(job.folder),
-        "--digest",
-        digest(_mark(job)),
-        *(word for key, value in job.case.changes.items() for word in ("--set", as_setting(key, value))),
-    ]
+    options = {"--model": job.model, "--out": str(job.folder), "--digest": digest(_mark(job))}
+    told = [*options.items(), *(("--set", as_setting(key, value)) for key, value in job.case.changes.items())]
+    run = ["-P", "-m", "mpi4py", "-m", "rail_fem", "run"]  # -P: nothing is imported from the current folder
+    program = [sys.executable, *run, str(job.case.path), *itertools.chain(*told)]
     job.folder.parent.mkdir(parents=True, exist_ok=True)
     log = job.folder.parent / f"{job.model}.log"
     how, code = "--overwrite" if anew else "--restart", 0
