@@ -27,7 +27,7 @@ def compare(
     """Cost against error of several models of one scene; damage studies side by side; passes over the same steel."""
     from rail_fem.damage.side_by_side import is_begun
     from rail_fem.result.quantities import two_now
-    from rail_fem.show.style import lettering, save
+    from rail_fem.show.table_and_figure import write_table_and_figure
     from rail_fem.sweeps import compare as side_by_side
     from rail_fem.sweeps.compare_facts import comparison_facts
     from rail_fem.sweeps.compare_strain import strain_table
@@ -52,11 +52,10 @@ def compare(
         words = [text for text in words if text]
         say("\n".join(words).rstrip())
         if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
             title = f"# {len(found.names)} runs held against {found.names[found.results.index(found.reference)]}\n"
-            (out / "compare.md").write_text("\n".join([title, *words]), encoding="utf-8")
-            with lettering():
-                say(str(save(cost_figure(found), out / "compare.png")))
+            text, drawn = "\n".join([title, *words]), out / "compare.png"
+            write_table_and_figure(out / "compare.md", text, drawn, lambda: cost_figure(found))
+            say(str(drawn))
         if MANNER.as_json:
             emit(comparison_facts(found, limit, quantity))
 
@@ -65,13 +64,13 @@ def compare_studies(folders: list[Path], out: Path | None) -> None:
     """Damage studies side by side, two of one crossing also by position."""
     from rail_fem.damage.side_by_side import studies_facts, studies_table
     from rail_fem.damage.study_pair import compare_pair
+    from rail_fem.show.table_and_figure import write_table_and_figure
 
     with refusing():
         table = studies_table(folders)
         say(table)
         if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
-            (out / "compare.md").write_text(table + "\n", encoding="utf-8")
+            write_table_and_figure(out / "compare.md", table)
         if MANNER.as_json:
             emit(studies_facts(folders))
         elif len(folders) == 2 and all(facts["site"] == "crossing" for facts in studies_facts(folders).values()):

@@ -99,7 +99,8 @@ def _beside(folder: Path, record: Path, cutoffs: list[str] | None, reach: str | 
     from rail_fem.result.low_pass import CUTOFFS
     from rail_fem.result.result import load
     from rail_fem.scene.units import parse
-    from rail_fem.show.style import lettering, save, scene_words
+    from rail_fem.show.style import scene_words
+    from rail_fem.show.table_and_figure import write_figure
 
     with refusing():
         result = load(folder)
@@ -110,8 +111,7 @@ def _beside(folder: Path, record: Path, cutoffs: list[str] | None, reach: str | 
         say(score_table(found, pair, [score(pair, cutoff) for cutoff in wanted]))
         if draw is not None:
             title = f"{record.name} against {result.model}\n{scene_words(result.scene)}"
-            with lettering():
-                say(f"drawn {save(record_figure(found, pair, wanted, title), draw)}")
+            say(f"drawn {write_figure(draw, lambda: record_figure(found, pair, wanted, title))}")
 
 
 def low_pass(

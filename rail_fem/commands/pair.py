@@ -1,8 +1,6 @@
 """What `rail-fem contact` and `rail-fem patch` compute with: a wheel and a rail as they are typed, rows of contact
 points, the numbers of a patch."""
 
-import csv
-import io
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
@@ -23,6 +21,7 @@ from rail_fem.commands.ending import refusing, stop, warn
 from rail_fem.contact.contact_pairs import bring_together, plain_rail
 from rail_fem.contact.load_sharing import LoadedSide, side_held, wheel_equilibrium
 from rail_fem.files.atomic import write_text_atomically
+from rail_fem.files.markdown import csv_text
 from rail_fem.scene.series import read_series
 from rail_fem.scene.units import QuantityError, parse
 
@@ -156,12 +155,8 @@ def _carrying(shift: float, state: Wheelset, found: LoadedSide, lowered: float) 
 
 def write_rows(path: Path, rows: list[dict]) -> None:
     """As CSV, whole or not at all; ends the program where nothing can be written."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]) if rows else COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
     try:
-        write_text_atomically(path, text.getvalue())
+        write_text_atomically(path, csv_text([rows[0] if rows else COLUMNS, *(row.values() for row in rows)]))
     except OSError as error:
         stop(f"{path}: cannot be written: {error.strerror}")
 

@@ -42,11 +42,10 @@ def check(
 def _draw_crossing(scene, path: Path) -> None:
     """Plan, long section and cross-sections; ends the program where that cannot be done."""
     from rail_fem.show.crossing_figure import crossing_figure
-    from rail_fem.show.style import lettering, save
+    from rail_fem.show.table_and_figure import write_figure
 
     try:
-        with lettering():
-            say(f"drawn {save(crossing_figure(scene), path)}")
+        say(f"drawn {write_figure(path, lambda: crossing_figure(scene))}")
     except (ValueError, OSError) as error:
         stop(f"--draw {path}: {error}")
 

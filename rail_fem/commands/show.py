@@ -131,15 +131,13 @@ def tell_sweep(folder: Path) -> None:
 
 def show_against(folder: Path, quantity: str | None, against: str | None, models: list[str], out: Path | None) -> None:
     """Draw a quantity against what varies. Errors: ValueError where one of the two is missing or unknown, OSError."""
-    from rail_fem.show.style import lettering, save
+    from rail_fem.show.table_and_figure import write_figure
     from rail_fem.sweeps.parameter_figure import parameter_figure
     from rail_fem.sweeps.results import load_sweep
 
     if not quantity or not against:
         raise ValueError("give both --quantity and --against")
     name = f"{quantity}_against_{against}.png".replace(" ", "_").replace("/", "_")
-    with lettering():
-        figure = parameter_figure(load_sweep(folder), quantity, against, tuple(models))
-        path = save(figure, out or folder / "figures" / name)
-    say(str(path))
+    found, path = load_sweep(folder), out or folder / "figures" / name
+    say(str(write_figure(path, lambda: parameter_figure(found, quantity, against, tuple(models)))))
     emit({"figure": path})

@@ -9,7 +9,7 @@ import numpy as np
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.sites import laws_of, maintenance_of
 from rail_fem.damage.traffic import EXTRAPOLATED, INSPECTION, WEEKS, time_in_words
-from rail_fem.files.markdown import markdown_table
+from rail_fem.files.markdown import markdown_table, table_of
 from rail_fem.settings.damage import DamageSettings
 
 UM, MM = 1e6, 1e3
@@ -52,16 +52,16 @@ def study_report(title: str, settings: DamageSettings, found: dict[str, Any]) ->
             "",
             "Volume worn off the nose: change in per cent for one per cent of",
             "",
-            _table(["parameter", "change [%]", "error"], rows),
+            *markdown_table(["parameter", "change [%]", "error"], rows),
             "",
             "By the wheel's shape, over the case's own: "
             + ", ".join(f"{name} {_ratio(value)}" for name, value in found["wheel_ratios"].items())
             + ".",
         ]
-    lines += ["", "## How sure", "", _table(["source", "size"], _sources(settings, found)), ""]
+    lines += ["", "## How sure", "", *markdown_table(["source", "size"], _sources(settings, found)), ""]
     if not crossing:
         hardest = sorted(found["contacts"], key=lambda c: -c["tgamma"])[:4]
-        lines += ["## Hardest contacts at first", "", _contact_table(hardest), ""]
+        lines += ["## Hardest contacts at first", "", *table_of([*map(_contact_row, hardest)]), ""]
     return "\n".join([*lines, *_limits(settings, found.get("flow_before"))]) + "\n"
 
 
@@ -117,7 +117,9 @@ def _part(settings: DamageSettings, found: dict[str, Any], own: dict[str, Any]) 
         + (f" At the end {own['subsurface_at_end']['dang_van']:.2f}." if own["subsurface_at_end"] else ""),
         "",
         *_flow(own["flow"]),
-        _table(["law", "deepest [\u00b5m]", f"{what} [{unit}]", f"time to {settings.depth_limit * MM:g} mm"], rows),
+        *markdown_table(
+            ["law", "deepest [\u00b5m]", f"{what} [{unit}]", f"time to {settings.depth_limit * MM:g} mm"], rows
+        ),
         "",
         f"Crack index {own['crack_index']:.2g} at {at('crack_index_at')} (1: visible cracks, by a function fitted to"
         f" plain line); a pass over the last shape adds {own['cracks_per_pass'] * 1e6:.2g}e-6 at {at('cracks_at')}."
@@ -210,7 +212,7 @@ def _fleet(settings: DamageSettings, found: dict[str, Any]) -> list[str]:
         f" last shape. Across a row: which of {found['kinds']} drawn kinds of pass come ({low:.0%}, median,"
         f" {high:.0%}), down the column: the model, by what the laws differ.",
         "",
-        _table(["law", f"worn by {THOUSAND:,} passes [\u00b5m]", f"passes from now to {limit}"], rows),
+        *markdown_table(["law", f"worn by {THOUSAND:,} passes [\u00b5m]", f"passes from now to {limit}"], rows),
         "",
         f"Most of it by {kinds}. Were the worst {own['turned']} kind(s) turned into the mean of the others, it would"
         f" wear {own['less_without_worst']:.0%} less.",
@@ -229,17 +231,15 @@ def _wheels(settings: DamageSettings, found: dict[str, Any]) -> list[str]:
             f"{min(values.values()) * per * unit:.3g} to {max(values.values()) * per * unit:.3g}"
         )
         rows.append(
-            [
-                one["kind"],
-                f"{depth[lead] * per * UM:.3g} ({band(depth, UM)})",
-                f"{one['deepest_at'] * MM:+.0f}",
-                f"{section[lead] * per * 1e6:.3g} ({band(section, 1e6)})",
-                f"{volume[lead] * per * 1e9:.3g}",
-                f"{one['nose_share']:.0%}",
-            ]
+            {
+                "kind of pass": one["kind"],
+                "deepest [\u00b5m] (band over the laws)": f"{depth[lead] * per * UM:.3g} ({band(depth, UM)})",
+                "at y from the tread datum [mm]": f"{one['deepest_at'] * MM:+.0f}",
+                "section [mm\u00b2] (band)": f"{section[lead] * per * 1e6:.3g} ({band(section, 1e6)})",
+                "volume [mm\u00b3]": f"{volume[lead] * per * 1e9:.3g}",
+                "of it on the nose": f"{one['nose_share']:.0%}",
+            }
         )
-    head = ["kind of pass", "deepest [\u00b5m] (band over the laws)", "at y from the tread datum [mm]"]
-    head += ["section [mm\u00b2] (band)", "volume [mm\u00b3]", "of it on the nose"]
     return [
         "",
         "## Wheels",
@@ -247,7 +247,7 @@ def _wheels(settings: DamageSettings, found: dict[str, Any]) -> list[str]:
         f"What a wheel of each kind loses in {THOUSAND:,} passes of its own over this crossing as it wears, spread over"
         f" its circumference; hardness {settings.wheel_hardness / 1e9:g} GPa, the same laws and calibration factor:",
         "",
-        _table(head, rows),
+        *table_of(rows),
         "",
         "The wheels' shapes stand for a population and do not change.",
     ]
@@ -255,25 +255,24 @@ def _wheels(settings: DamageSettings, found: dict[str, Any]) -> list[str]:
 
 def _impacts(found: dict[str, list[dict[str, Any]]]) -> list[str]:
     """The largest forces by kind of pass, at first."""
-    rows = [
-        [
-            one["kind"],
-            f"{one['share']:.0%}",
-            f"{one['force'] / 1e3:.0f}",
-            BODIES[one["body"]],
-            f"{one['x'] * MM:.0f}",
-            *(
-                (f"{one['flight'] * MM:.0f}", f"{one['speed']:.2f}", f"{one['free'] / 1e3:.0f}")
-                if one["flight"]
-                else 3 * ("",)
-            ),
-        ]
-        for one in found["first"][:MOST_KINDS]
-    ]
-    head = ["kind of pass", "share", "largest force [kN]", "on", "x [mm]", "after a flight of [mm]"]
-    head += ["landing at [m/s]", "free masses at that speed [kN]"]
+    rows = []
+    for one in found["first"][:MOST_KINDS]:
+        landing = f"{one['flight'] * MM:.0f}", f"{one['speed']:.2f}", f"{one['free'] / 1e3:.0f}"
+        flight, speed, free = landing if one["flight"] else ("",) * 3
+        rows.append(
+            {
+                "kind of pass": one["kind"],
+                "share": f"{one['share']:.0%}",
+                "largest force [kN]": f"{one['force'] / 1e3:.0f}",
+                "on": BODIES[one["body"]],
+                "x [mm]": f"{one['x'] * MM:.0f}",
+                "after a flight of [mm]": flight,
+                "landing at [m/s]": speed,
+                "free masses at that speed [kN]": free,
+            }
+        )
     return [
-        _table(head, rows),
+        *table_of(rows),
         "",
         "A wheel that lands meets a track that swings back as one mass on one spring: forces of a second impact depend"
         " on all that went before, and are less sure than those of the first.",
@@ -304,29 +303,20 @@ def _limits(settings: DamageSettings, before: dict[str, float] | None = None) ->
     ]
 
 
-def _contact_table(contacts: list[dict[str, Any]]) -> str:
-    rows = [
-        [
-            f"{c['y'] * MM:.1f}, {c['z'] * MM:.1f}",
-            f"{c['normal_force'] / 1e3:.1f}",
-            f"{c['max_pressure'] / 1e6:.0f}",
-            f"{np.degrees(c['angle']):.0f}",
-            f"{c['tgamma']:.1f}",
-            f"{c['power']:.1f}",
-            c["region"],
-            f"{c['load']:.1f}",
-            f"{c['traction']:.2f}",
-            f"{c['index']:+.2f}",
-            f"{c['flash']:.0f}",
-        ]
-        for c in contacts
-    ]
-    head = ["y, z [mm]", "N [kN]", "p0 [MPa]", "angle [\u00b0]", "T\u03b3 [N]", "friction power per speed [N]"]
-    return _table([*head, "region", "p0/k", "T/N", "fatigue index", "flash [K]"], rows)
-
-
-def _table(head: list[str], rows: list[list[str]]) -> str:
-    return "\n".join(markdown_table(head, rows))
+def _contact_row(c: dict[str, Any]) -> dict[str, str]:
+    return {
+        "y, z [mm]": f"{c['y'] * MM:.1f}, {c['z'] * MM:.1f}",
+        "N [kN]": f"{c['normal_force'] / 1e3:.1f}",
+        "p0 [MPa]": f"{c['max_pressure'] / 1e6:.0f}",
+        "angle [\u00b0]": f"{np.degrees(c['angle']):.0f}",
+        "T\u03b3 [N]": f"{c['tgamma']:.1f}",
+        "friction power per speed [N]": f"{c['power']:.1f}",
+        "region": c["region"],
+        "p0/k": f"{c['load']:.1f}",
+        "T/N": f"{c['traction']:.2f}",
+        "fatigue index": f"{c['index']:+.2f}",
+        "flash [K]": f"{c['flash']:.0f}",
+    }
 
 
 def _resets(found: dict[str, Any]) -> str:

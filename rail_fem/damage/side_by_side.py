@@ -8,19 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from rail_fem.damage.traffic import time_in_words
-from rail_fem.files.markdown import markdown_table
+from rail_fem.files.markdown import table_of
 
 UM = 1e6
-HEAD = [
-    "study",
-    "part",
-    "passes",
-    "deepest [\u00b5m]",
-    "band over the laws [\u00b5m]",
-    "bound of the blocks' error",
-    "T\u03b3 first, end [N]",
-    "time to the limit",
-]
 
 
 class ComparisonError(ValueError):
@@ -74,15 +64,15 @@ def studies_table(folders: list[Path]) -> str:
         for part, own in (facts.get("bodies") or _of_before(facts)).items():
             band = list(own["deepest_by_law"].values())
             rows.append(
-                [
-                    Path(name).name,
-                    part,
-                    f"{facts['passes']:,.0f}",
-                    f"{own['deepest_by_law'][facts['law']] * UM:.3g}",
-                    f"{min(band) * UM:.3g} to {max(band) * UM:.3g}",
-                    f"{facts['block_error']:.1%}",
-                    f"{own['largest_tgamma']:.0f}, {own['at_end']['largest_tgamma']:.0f}",
-                    time_in_words(own["years"]["to_limit"]),
-                ]
+                {
+                    "study": Path(name).name,
+                    "part": part,
+                    "passes": f"{facts['passes']:,.0f}",
+                    "deepest [\u00b5m]": f"{own['deepest_by_law'][facts['law']] * UM:.3g}",
+                    "band over the laws [\u00b5m]": f"{min(band) * UM:.3g} to {max(band) * UM:.3g}",
+                    "bound of the blocks' error": f"{facts['block_error']:.1%}",
+                    "T\u03b3 first, end [N]": f"{own['largest_tgamma']:.0f}, {own['at_end']['largest_tgamma']:.0f}",
+                    "time to the limit": time_in_words(own["years"]["to_limit"]),
+                }
             )
-    return "\n".join(markdown_table(HEAD, rows))
+    return "\n".join(table_of(rows))

@@ -60,28 +60,25 @@ def lowered(study: Study) -> np.ndarray:
     return study["worn_depth"] + study.get("worn_flow", 0.0)
 
 
-def body_row(name: str, one: np.ndarray, two: np.ndarray, cell: float, along: float) -> list[str]:
+def body_row(name: str, one: np.ndarray, two: np.ndarray, cell: float, along: float) -> dict[str, str]:
     """Of one body: depths (m, n) [m] of both studies, plan area of a cell [m2], its length along x [m]."""
     deepest, off = two.max(), np.abs(one - two) / two.max()
     worn, width = two > LEAST * two.max(), max(round(10e-3 / along), 1)
     mean = lambda depth: np.apply_along_axis(np.convolve, 0, depth, np.full(width, 1 / width), mode="valid")
-    return [
-        name,
-        f"{one.max() * UM:.4g}, {deepest * UM:.4g} ({one.max() / deepest - 1:+.1%})",
-        f"{one.sum() * cell * 1e9:.4g}, {two.sum() * cell * 1e9:.4g} ({one.sum() / two.sum() - 1:+.2%})",
-        f"{off.max():.1%}",
-        f"{np.sqrt((off[worn] ** 2).mean()):.1%}",
-        ", ".join(f"{(off[worn] < share).mean():.0%}" for share in SHARES),
-        f"{(np.abs(one.max(axis=1) - two.max(axis=1)) / deepest).max():.1%}",
-        f"{np.abs(mean(one) - mean(two)).max() / mean(two).max():.1%}",
-    ]
-
-
-BODY_HEAD = [
-    "body", "deepest [\u00b5m]", "volume [mm\u00b3]", "largest difference over the deepest",
-    "root mean square where worn", f"of the worn plan within {SHARES[0]:.0%}, {SHARES[1]:.0%}",
-    "deepest of a section, largest difference", "means over 10 mm along, largest difference",
-]  # fmt: skip
+    within = f"of the worn plan within {SHARES[0]:.0%}, {SHARES[1]:.0%}"
+    sections = np.abs(one.max(axis=1) - two.max(axis=1)) / deepest
+    return {
+        "body": name,
+        "deepest [\u00b5m]": f"{one.max() * UM:.4g}, {deepest * UM:.4g} ({one.max() / deepest - 1:+.1%})",
+        "volume [mm\u00b3]": (
+            f"{one.sum() * cell * 1e9:.4g}, {two.sum() * cell * 1e9:.4g} ({one.sum() / two.sum() - 1:+.2%})"
+        ),
+        "largest difference over the deepest": f"{off.max():.1%}",
+        "root mean square where worn": f"{np.sqrt((off[worn] ** 2).mean()):.1%}",
+        within: ", ".join(f"{(off[worn] < share).mean():.0%}" for share in SHARES),
+        "deepest of a section, largest difference": f"{sections.max():.1%}",
+        "means over 10 mm along, largest difference": f"{np.abs(mean(one) - mean(two)).max() / mean(two).max():.1%}",
+    }
 
 
 def tables(one: Study, two: Study) -> list[Table]:
@@ -113,7 +110,7 @@ def tables(one: Study, two: Study) -> list[Table]:
     of_time = ["passes", "deepest flow [\u00b5m]", "deepest wear [\u00b5m]", "largest force [kN]"]
     of_time += ["wear of the second [\u00b5m]", "its largest force [kN]"]
     bodies = [body_row(name, a, b, cell, along) for name, a, b in pairs]
-    return [Table(BODY_HEAD, bodies, blocks), Table(head, rows), Table(of_time, steps)]
+    return [Table.of(bodies, blocks), Table(head, rows), Table(of_time, steps)]
 
 
 def panels(one: Study, two: Study, names: tuple[str, str]) -> list[Panel]:

@@ -1,6 +1,9 @@
-"""Tables of the reports, in Markdown."""
+"""Tables of the reports, in Markdown and as comma-separated values."""
 
-from collections.abc import Iterable, Sequence
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
@@ -14,6 +17,18 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[s
             raise ValueError(f"a row of {len(row)} cells in a table of {len(head)} columns: {', '.join(row)}")
         lines.append(_line(row))
     return lines
+
+
+def table_of(rows: Sequence[Mapping[str, str]]) -> list[str]:
+    """The same of rows that say the column of each cell; nothing without rows."""
+    return markdown_table([*rows[0]], [[*row.values()] for row in rows]) if rows else []
+
+
+def csv_text(rows: Iterable[Iterable[Any]]) -> str:
+    """Rows of cells as the text of a .csv file."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
 
 
 def _line(cells: Sequence[str]) -> str:

@@ -3,7 +3,6 @@
 What a model does not resolve is NaN, never 0 and never borrowed from another model.
 """
 
-import csv
 import hashlib
 import html
 import io
@@ -18,10 +17,11 @@ import numpy as np
 from pydantic import ValidationError
 
 from rail_fem.files.atomic import write_atomically, write_text_atomically
+from rail_fem.files.markdown import csv_text
 from rail_fem.files.strict_json import NAN, dumps, nan_for_none
 from rail_fem.result.history import COLUMNS, complete_history, shown_table
 from rail_fem.result.trust import trust_text
-from rail_fem.result.versions import import_pandas, import_pyvista, import_xarray, versions
+from rail_fem.result.versions import imported, versions
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import SI_OF, engineering
 
@@ -293,8 +293,7 @@ class PassResult:
         ModuleNotFoundError
             Where pandas is not installed.
         """
-        pandas = import_pandas()
-
+        pandas = imported("pandas")
         if si:
             return pandas.DataFrame(dict(self.history))
         header, table = shown_table(self.history)
@@ -313,7 +312,7 @@ class PassResult:
         ModuleNotFoundError
             Where xarray is not installed.
         """
-        xarray = import_xarray()
+        xarray = imported("xarray")
         columns = {
             name: (
                 "time",
@@ -363,7 +362,7 @@ class PassResult:
         ModuleNotFoundError
             Where pyvista is not installed.
         """
-        return import_pyvista().read(self._field_file(frame))
+        return imported("pyvista").read(self._field_file(frame))
 
     def _field_file(self, frame: int | None = None) -> Path:
         from rail_fem.result.fields import FieldsError, field_file
@@ -391,7 +390,8 @@ class PassResult:
         self.scene.keep_files(folder)
         history = self._history_npz()
         write_atomically(folder / "history.npz", lambda path: path.write_bytes(history))
-        write_atomically(folder / "history.csv", self._write_csv)
+        header, table = shown_table(self.history)
+        write_text_atomically(folder / "history.csv", csv_text([header, *([f"{v:.9g}" for v in row] for row in table)]))
         write_text_atomically(folder / "trust.txt", trust_text(self.trust, self.warnings))
         summary = self.summary()
         seal = _seal(json.loads(dumps(summary)), history)
@@ -401,13 +401,6 @@ class PassResult:
         stream = io.BytesIO()  # an archive that a full disk cuts off complains once more when it is forgotten
         np.savez_compressed(stream, **self.history)
         return stream.getvalue()
-
-    def _write_csv(self, path: Path) -> None:
-        header, table = shown_table(self.history)
-        with path.open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream, lineterminator="\n")
-            writer.writerow(header)
-            writer.writerows([f"{value:.9g}" for value in row] for row in table)
 
     def summary(self) -> dict[str, Any]:
         """Everything but the history, as result.json holds it [SI]."""

@@ -1,28 +1,23 @@
 """Versions of everything that an answer depends on, as far as it is installed."""
 
-import contextlib
 import functools
+import importlib
 import platform
 import subprocess
-from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
-PACKAGES = {  # name -> the distributions that may bring it
-    "rail-fem": ("rail-fem",),
-    "numpy": ("numpy",),
-    "scipy": ("scipy",),
-    "numba": ("numba",),
-    "dolfinx": ("fenics-dolfinx", "dolfinx-solver-real"),
-    "mpi4py": ("mpi4py",),
-    "petsc4py": ("petsc4py",),
-    "gmsh": ("gmsh",),
-    "pyvista": ("pyvista",),
-    "vtk": ("vtk",),
-    "pydantic": ("pydantic",),
-    "pint": ("pint",),
+PACKAGES = ["rail-fem", "numpy", "scipy", "numba", "dolfinx", "mpi4py", "petsc4py", "gmsh", "pyvista", "vtk"]
+PACKAGES += ["pydantic", "pint"]
+BROUGHT_BY = {"dolfinx": ("fenics-dolfinx", "dolfinx-solver-real")}  # the distributions that may bring it
+
+# package -> what needs it, and what holds the same
+NEEDED = {
+    "pandas": ("tables in Python need", "history.csv and sweep.csv hold"),
+    "xarray": ("data sets need", "to_dataframe and the .csv files hold"),
+    "pyvista": ("meshes in Python need", "result.fields and the files in fields/ hold"),
 }
-
 HOW_TO_GET = (  # what the explicit models need beyond the light ones
     "on Debian 12 or 13 ./setup.sh of the sources; elsewhere, with Python 3.12 or newer, pip install"
     " dolfinx-solver-real gmsh meshio"
@@ -32,8 +27,8 @@ HOW_TO_GET = (  # what the explicit models need beyond the light ones
 @functools.cache
 def _versions() -> tuple[tuple[str, str], ...]:
     found = {"python": platform.python_version(), "system": platform.platform()}
-    for name, distributions in PACKAGES.items():
-        found[name] = next(filter(None, map(_version, distributions)), "not installed")
+    for name in PACKAGES:
+        found[name] = next(filter(None, map(_version, BROUGHT_BY.get(name, (name,)))), "not installed")
     found["git"] = git_revision()
     return tuple(found.items())
 
@@ -55,33 +50,13 @@ def versions() -> dict[str, str]:
     return dict(_versions())
 
 
-def import_pandas():
-    """The package pandas, which only tables in Python need. Errors: ModuleNotFoundError, with what to do."""
-    with _needed("pandas", "tables in Python need", "history.csv and sweep.csv hold"):
-        import pandas
-    return pandas
-
-
-def import_xarray():
-    """The package xarray, of those alone who ask for its data sets. Errors: ModuleNotFoundError, with what to do."""
-    with _needed("xarray", "data sets need", "to_dataframe and the .csv files hold"):
-        import xarray
-    return xarray
-
-
-def import_pyvista():
-    """The package pyvista, of those alone who ask for meshes. Errors: ModuleNotFoundError, with what to do."""
-    with _needed("pyvista", "meshes in Python need", "result.fields and the files in fields/ hold"):
-        import pyvista
-    return pyvista
-
-
-@contextlib.contextmanager
-def _needed(package: str, what: str, without: str) -> Iterator[None]:
-    """Says of a package that is not installed what needs it and what does without."""
+def imported(package: str) -> Any:
+    """A package that those alone need who ask for what it makes (NEEDED). Errors: ModuleNotFoundError, with what to
+    do."""
     try:
-        yield
+        return importlib.import_module(package)
     except ModuleNotFoundError as error:
+        what, without = NEEDED[package]
         words = f"{what} {package}: pip install {package}; {without} the same without it"
         raise ModuleNotFoundError(words, name=package) from error
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,9 +10,9 @@ import typer
 from matplotlib.figure import Figure
 
 from rail_fem.files.atomic import write_text_atomically
-from rail_fem.files.markdown import markdown_table
+from rail_fem.files.markdown import csv_text, markdown_table
 from rail_fem.show.panels import Panel, panels_figure
-from rail_fem.show.style import lettering, save
+from rail_fem.show.style import DOTS, lettering, save
 
 
 def write_table_and_figure(
@@ -28,10 +26,11 @@ def write_table_and_figure(
         write_figure(figure, draw)
 
 
-def write_figure(figure: Path, draw: Callable[[], Figure]) -> None:
-    """Write what `draw` makes to `figure` (.png) in the common lettering, whole or not at all. Errors: OSError."""
+def write_figure(figure: Path, draw: Callable[[], Figure], dots: int = DOTS) -> Path:
+    """Write what `draw` makes to `figure` (.png) in the common lettering, whole or not at all. dots : per inch. Errors:
+    OSError."""
     with lettering():
-        save(draw(), figure)
+        return save(draw(), figure, dots)
 
 
 class Table(NamedTuple):
@@ -41,6 +40,11 @@ class Table(NamedTuple):
     rows: Sequence[Sequence[Any]]
     title: str = ""
 
+    @classmethod
+    def of(cls, rows: Sequence[Mapping[str, Any]], title: str = "") -> Table:
+        """Of rows that say the column of each cell."""
+        return cls([*rows[0]] if rows else [], [[*row.values()] for row in rows], title)
+
     def markdown(self) -> str:
         """With its title above."""
         cells = [[f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in row] for row in self.rows]
@@ -48,9 +52,7 @@ class Table(NamedTuple):
 
     def csv(self) -> str:
         """Without its title."""
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows([self.head, *self.rows])
-        return text.getvalue()
+        return csv_text([self.head, *self.rows])
 
 
 def publish(

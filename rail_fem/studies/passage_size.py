@@ -21,7 +21,7 @@ import typer
 from rail_fem.case.examples import example
 from rail_fem.case.variations import read_settings
 from rail_fem.files.atomic import write_text_atomically
-from rail_fem.files.markdown import markdown_table
+from rail_fem.files.markdown import table_of
 from rail_fem.processes.launcher import rank
 from rail_fem.result.extrapolation import Limit
 from rail_fem.result.quantities import FORCES, REPORTED
@@ -63,20 +63,19 @@ def size_words(size: float) -> str:
 def convergence_table(results: Sequence[PassResult]) -> list[str]:
     """Markdown: a row for each quantity, its value with its bar at each size, the order, the limit, and the error of
     each size against it."""
-    found = limits(results)
-    head = ["quantity", *(size_words(size_of(r)) for r in results), "order", "limit", "off the limit by"]
-    rows = [
-        [
-            REPORTED[name].meaning,
-            *(own_cell(name, r) for r in results),
-            "-" if math.isnan(found[name].order) else f"{found[name].order:.1f}",
-            cell(name, found[name].value, found[name].doubt),
-            ", ".join(off(name, REPORTED[name].of(r), found[name]) for r in results),
-        ]
-        for name in NAMES
-        if name in found
-    ]
-    return markdown_table(head, rows)
+    found, rows = limits(results), []
+    for name in (name for name in NAMES if name in found):
+        limit = found[name]
+        rows.append(
+            {
+                "quantity": REPORTED[name].meaning,
+                **{size_words(size_of(r)): own_cell(name, r) for r in results},
+                "order": "-" if math.isnan(limit.order) else f"{limit.order:.1f}",
+                "limit": cell(name, limit.value, limit.doubt),
+                "off the limit by": ", ".join(off(name, REPORTED[name].of(r), limit) for r in results),
+            }
+        )
+    return table_of(rows)
 
 
 def off(name: str, value: float, limit: Limit) -> str:
@@ -88,19 +87,18 @@ def off(name: str, value: float, limit: Limit) -> str:
 
 def cost_table(results: Sequence[PassResult]) -> list[str]:
     """Markdown: a row for each size: what it cost, its force history against the finest, hourglass energy."""
-    head = ["elements of", "elements", "steps", "core seconds", "force history, L2 to the finest", "hourglass energy"]
     rows = [
-        [
-            size_words(size_of(r)),
-            str(r.cost.elements),
-            str(r.cost.steps),
-            f"{core_seconds(r):.0f}",
-            "-" if r is results[-1] else f"{history_error(r, results[-1]):.2%}",
-            hourglass(r),
-        ]
+        {
+            "elements of": size_words(size_of(r)),
+            "elements": str(r.cost.elements),
+            "steps": str(r.cost.steps),
+            "core seconds": f"{core_seconds(r):.0f}",
+            "force history, L2 to the finest": "-" if r is results[-1] else f"{history_error(r, results[-1]):.2%}",
+            "hourglass energy": hourglass(r),
+        }
         for r in results
     ]
-    return markdown_table(head, rows)
+    return table_of(rows)
 
 
 def hourglass(result: PassResult) -> str:

@@ -119,15 +119,9 @@ def compare(scene: Scene, settings: DamageSettings, window: dict[str, str], step
         history, x = history_of(contacts, b, step, int(scene.direction_sign))
         cell = step, ACROSS
         roll = lambda every, **how: moving(history, pair, friction, every * step, law, every, **how)
-        found[body] = SteadyAndMoving(
-            x,
-            history.load,
-            history.creepage,
-            roll(1),
-            steady_of(history, pair, friction, step, cell, law),
-            roll(1, carry="traction"),
-            roll(2),
-        )
+        both = roll(1), steady_of(history, pair, friction, step, cell, law)
+        others = roll(1, carry="traction"), roll(2)
+        found[body] = SteadyAndMoving(x, history.load, history.creepage, *both, *others)
     return found
 
 
@@ -137,41 +131,37 @@ def averaged(values: np.ndarray, step: float) -> np.ndarray:
     return np.convolve(values, np.full(width, 1 / width), mode="valid") if len(values) > width else values[:1] * 0
 
 
-def body_row(name: str, own: SteadyAndMoving, step: float) -> list[str]:
+def body_row(name: str, own: SteadyAndMoving, step: float) -> dict[str, str]:
     """A row of the table."""
     moving, steady = own.moving, own.steady
     off = lambda one, two: f"{one.sum() / two.sum() - 1:+.2%}" if two.sum() > 0 else "none"
     local = averaged(moving.power, step) - averaged(steady.power, step)
     worst = int(np.argmax(np.abs(local)))
     tops = [own.tgamma(r).max() for r in (moving, steady)]
-    return [
-        name,
-        f"{steady.power.sum() * step:.3g}, {off(moving.power, steady.power)}",
-        f"{off(own.tgamma(moving), own.tgamma(steady))}",
-        f"{tops[1]:.1f}, {tops[0] / tops[1] - 1:+.1%}" if tops[1] > 0 else "none",
-        f"{steady.volume.sum() * step * 1e9:.3g}, {off(moving.volume, steady.volume)}",
-        f"{np.abs(local).max() / max(averaged(steady.power, step).max(), 1e-30):.1%},"
-        f" x = {own.x[worst] * MM:.0f} to {own.x[min(worst + round(LENGTH / step), len(own.x) - 1)] * MM:.0f} mm",
-        f"{own.traction.power.sum() / moving.power.sum() - 1:+.2%}",
-        f"{own.coarse.power.sum() * 2 / moving.power.sum() - 1:+.2%}",
-    ]
-
-
-HEAD = [
-    "body",
-    "friction work steady [J], moving differs",
-    "T\u03b3 summed differs",
-    "largest T\u03b3 steady [N], differs",
-    "volume by Archard's map steady [mm\u00b3], differs",
-    f"friction work of {LENGTH * MM:.0f} mm, largest difference over the largest",
-    "points keep traction in place of displacement",
-    "steps twice as long",
-]
+    share = np.abs(local).max() / max(averaged(steady.power, step).max(), 1e-30)
+    ends = own.x[worst] * MM, own.x[min(worst + round(LENGTH / step), len(own.x) - 1)] * MM
+    of_length = f"friction work of {LENGTH * MM:.0f} mm, largest difference over the largest"
+    largest = f"{tops[1]:.1f}, {tops[0] / tops[1] - 1:+.1%}" if tops[1] > 0 else "none"
+    in_place = own.traction.power.sum() / moving.power.sum() - 1
+    return {
+        "body": name,
+        "friction work steady [J], moving differs": (
+            f"{steady.power.sum() * step:.3g}, {off(moving.power, steady.power)}"
+        ),
+        "T\u03b3 summed differs": off(own.tgamma(moving), own.tgamma(steady)),
+        "largest T\u03b3 steady [N], differs": largest,
+        "volume by Archard's map steady [mm\u00b3], differs": (
+            f"{steady.volume.sum() * step * 1e9:.3g}, {off(moving.volume, steady.volume)}"
+        ),
+        of_length: f"{share:.1%}, x = {ends[0]:.0f} to {ends[1]:.0f} mm",
+        "points keep traction in place of displacement": f"{in_place:+.2%}",
+        "steps twice as long": f"{own.coarse.power.sum() * 2 / moving.power.sum() - 1:+.2%}",
+    }
 
 
 def table(found: dict[str, SteadyAndMoving], step: float) -> Table:
     """A row for each body."""
-    return Table(HEAD, [body_row(name, own, step) for name, own in found.items()])
+    return Table.of([body_row(name, own, step) for name, own in found.items()])
 
 
 def panels(found: dict[str, SteadyAndMoving]) -> list[Panel]:

@@ -22,9 +22,9 @@ from xml.etree import ElementTree
 import typer
 
 from bem.verification import estimates_study, orders, waves
-from rail_fem.files.atomic import write_text_atomically
 from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS, smoke_requested
+from rail_fem.show.table_and_figure import publish
 from rail_fem.studies.harness import OUT, QUICK
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -143,7 +143,4 @@ def main(
     if only and only not in sections:
         raise typer.BadParameter(f"--only {only}: no such section; there are {', '.join(sections)}")
     text = page(dict(sections[name] for name in ([only] if only else sections)))
-    typer.echo(text)
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        write_text_atomically(out / "verification.md", text)
+    publish("verification", out, [], note=text.rstrip("\n"))

@@ -79,26 +79,18 @@ def table(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose
         rest = f"{1e9 * growth[-1] * last / (1 - last):.0f}" if last < 1 - 1e-6 else "no end"
         block, force = column(result, f"block_{part}"), column(result, f"largest_force_{part}")
         rows.append(
-            [
-                steel_of(result, part),
-                f"{len(growth)}",
-                ", ".join(f"{value / 1e3:.0f}" for value in force),
-                f"{100 * block[0]:.1f}, {100 * block[-1]:.1f}",
-                ", ".join(f"{1e9 * value:.0f}" for value in growth),
-                f"{before:.2f}, {last:.2f}",
-                rest,
-                ", ".join(f"{1e6 * value:.0f}" for value in fall),
-            ]
+            {
+                f"steel of the {part}": steel_of(result, part),
+                "passes": f"{len(growth)}",
+                "largest force on it [kN]": ", ".join(f"{value / 1e3:.0f}" for value in force),
+                "worst 5 x 5 x 3 mm after the first, last [%]": f"{100 * block[0]:.1f}, {100 * block[-1]:.1f}",
+                "added by each [mm3]": ", ".join(f"{1e9 * value:.0f}" for value in growth),
+                "factor a pass, before and last": f"{before:.2f}, {last:.2f}",
+                "all further passes, were it to last [mm3]": rest,
+                "surface fallen by [um]": ", ".join(f"{1e6 * value:.0f}" for value in fall),
+            }
         )
-    head = [
-        f"steel of the {part}",
-        "passes",
-        "largest force on it [kN]",
-        "worst 5 x 5 x 3 mm after the first, last [%]",
-        "added by each [mm3]",
-    ]
-    head += ["factor a pass, before and last", "all further passes, were it to last [mm3]", "surface fallen by [um]"]
-    return Table(head, rows)
+    return Table.of(rows)
 
 
 def panels(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose") -> list[Panel]:

@@ -3,7 +3,7 @@ thesis' table 7-5."""
 
 from __future__ import annotations
 
-from rail_fem.files.markdown import markdown_table
+from rail_fem.files.markdown import table_of
 from rail_fem.hierarchy import MODELS
 from rail_fem.passes.dip import trajectory_dip
 from rail_fem.passes.p2 import p2_force, p2_increment, unsprung_mass
@@ -20,20 +20,10 @@ def published_table(rows: tuple[Published, ...], results: Results) -> list[str]:
     if not mine or not models:
         return []
     moving = [model for model in models if model not in ("p2_formula", "lumped")]
-    head = [
-        "case",
-        "published 2a [mrad]",
-        "published P2 [kN]",
-        "our P2 with that 2a [kN]",
-        "our 2a: rigid path, trajectory [mrad]",
-        "our P2: rigid path, trajectory [kN]",
-        "published FE peak [kN]",
-        *(f"{m}: impact on the wheel, first on the nose, largest on nose [kN]" for m in moving[-1:]),
-    ]
-    return markdown_table(head, [published_row(row, results[row.case], moving) for row in mine])
+    return table_of([published_row(row, results[row.case], moving) for row in mine])
 
 
-def published_row(row: Published, results: dict, moving: list[str]) -> list[str]:
+def published_row(row: Published, results: dict, moving: list[str]) -> dict[str, str]:
     """Cells of one case: the published dip and force beside ours.
 
     results : by model;  moving : the models with a history, of which the most expensive is told
@@ -50,16 +40,17 @@ def published_row(row: Published, results: dict, moving: list[str]) -> list[str]
     wanted = IMPACT, FIRST_IMPACT, ("largest_force_nose",)
     told = [results.get(model) for model in moving[-1:]]
     forces = ["-" if one is None else say([peak(one, *names) for names in wanted], 1e-3, 1) for one in told]
-    return [
-        row.case,
-        f"{row.dip:.2f}",
-        f"{row.p2:.2f}",
-        f"{ours:.2f}",
-        say(dips, 1e3, 2),
-        say([None if d is None else p2_of(scene, d) for d in dips], 1e-3, 1),
-        f"{row.peak:.2f}",
-        *forces,
-    ]
+    impacts = "impact on the wheel, first on the nose, largest on nose [kN]"
+    return {
+        "case": row.case,
+        "published 2a [mrad]": f"{row.dip:.2f}",
+        "published P2 [kN]": f"{row.p2:.2f}",
+        "our P2 with that 2a [kN]": f"{ours:.2f}",
+        "our 2a: rigid path, trajectory [mrad]": say(dips, 1e3, 2),
+        "our P2: rigid path, trajectory [kN]": say([None if d is None else p2_of(scene, d) for d in dips], 1e-3, 1),
+        "published FE peak [kN]": f"{row.peak:.2f}",
+        **{f"{model}: {impacts}": cell for model, cell in zip(moving[-1:], forces)},
+    }
 
 
 def p2_of(scene: Scene, dip: float) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -12,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from rail_fem.files.markdown import markdown_table
+from rail_fem.files.markdown import csv_text, markdown_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.result.events import flights, stated_peaks
 from rail_fem.result.quantities import REPORTED
 from rail_fem.result.result import NAN, PassResult, Peak
-from rail_fem.result.versions import import_pandas, import_xarray
+from rail_fem.result.versions import imported
 from rail_fem.scene.units import SHOWN
 from rail_fem.sweeps.compare import core_seconds
 from rail_fem.sweeps.parameters import Values, asked_values, shown_value, title_of, varied_keys, with_left_out
@@ -126,9 +124,7 @@ class SweepResults:
         ModuleNotFoundError
             Where pandas is not installed.
         """
-        pandas = import_pandas()
-
-        return pandas.DataFrame(self.rows())
+        return imported("pandas").DataFrame(self.rows())
 
     def to_xarray(self):
         """The rows as an xarray.Dataset over what varies and the model, where the cases are a grid of that, else over
@@ -143,7 +139,7 @@ class SweepResults:
         ModuleNotFoundError
             Where xarray is not installed.
         """
-        xarray, rows, keys = import_xarray(), self.rows(), [title_of(key) for key in self.varied]
+        xarray, rows, keys = imported("xarray"), self.rows(), [title_of(key) for key in self.varied]
         values = {key: list(dict.fromkeys(row[key] for row in rows)) for key in keys}
         grid = math.prod(map(len, values.values())) == len(self)
         axes = (values if grid else {"case": list(self)}) | {"model": list(dict.fromkeys(row["model"] for row in rows))}
@@ -162,11 +158,8 @@ class SweepResults:
 
     def to_csv(self) -> str:
         """The rows as CSV; empty where a model does not resolve a quantity."""
-        rows, text = self.rows(), io.StringIO()
-        writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows({name: "" if _is_nan(value) else value for name, value in row.items()} for row in rows)
-        return text.getvalue()
+        rows = self.rows()
+        return csv_text([rows[0], *(["" if _is_nan(value) else value for value in row.values()] for row in rows)])
 
     def to_markdown(self) -> str:
         """What varies, and the peaks that any model resolves, as a table, without positions and words."""

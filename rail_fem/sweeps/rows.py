@@ -33,7 +33,7 @@ from rail_fem.hierarchy import MODELS
 from rail_fem.result.result import PassResult, load
 from rail_fem.scene.scene import Frozen
 from rail_fem.settings.draws import Change
-from rail_fem.show.style import lettering, save
+from rail_fem.show.table_and_figure import write_figure
 from rail_fem.sweeps.compare import core_seconds, history_error
 from rail_fem.sweeps.fleet import Fleet, fleet_figure, fleet_lines, to_be_proven, values_of
 from rail_fem.sweeps.group_figure import group_figure
@@ -117,8 +117,7 @@ def write_rows(rows: Rows, outcomes: list[Outcome], out: Path) -> str:
         shown = {words: results[name, model] for name, (words, _) in labels.items()
                  if words in rows.drawn and (name, model) in results}  # fmt: skip
         if shown:
-            with lettering():
-                save(group_figure(rows.title, shown), out / f"rows_{model}.png")
+            write_figure(out / f"rows_{model}.png", lambda: group_figure(rows.title, shown))
     return text
 
 
@@ -144,8 +143,7 @@ def _write_fleet(
     write_text_atomically(out / "rows.md", text)
     whole = {model: found for model, found in of_model.items() if model != fleet.proven_by}
     if whole:
-        with lettering():
-            save(fleet_figure(rows.title, rows.columns, whole), out / "fleet.png")
+        write_figure(out / "fleet.png", lambda: fleet_figure(rows.title, rows.columns, whole))
     return text
 
 

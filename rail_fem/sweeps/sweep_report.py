@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from rail_fem.case.casefile import load_case
-from rail_fem.files.markdown import markdown_table
+from rail_fem.files.markdown import table_of
 from rail_fem.hierarchy import MODELS
 from rail_fem.result.events import stated_peaks
 from rail_fem.result.quantities import REPORTED
@@ -84,35 +84,24 @@ def force_table(results: Results) -> list[str]:
         return ["No results."]
     parts = parts_of(results)
     named = "/".join(parts)
-    head = [
-        "case",
-        "axle load [t]; static wheel load [kN]",
-        *(f"{model}: {FORCES} {named} [kN]" for model in models),
-        f"PEEQ {named}: mean of 5 x 5 x 3 mm; largest of an element [%]",
-        "transfer x [mm]",
-        "core seconds",
-        "elements [mm]",
-        "trust report",
-    ]
-    rows = []
-    usual = usual_size(results)
+    rows, usual = [], usual_size(results)
     for case, by_model in results.items():
         last = by_model[[model for model in models if model in by_model][-1]]
-        forces = [forces_of(by_model[model], parts) if model in by_model else "-" for model in models]
-        position = "-" if np.isnan(last.transfer_x) else f"{last.transfer_x * 1e3:.0f}"
+        forces = {model: forces_of(by_model[model], parts) if model in by_model else "-" for model in models}
+        load = f"{last.scene.axle_load / 1e3:.4g}; {last.scene.static_wheel_load / 1e3:.2f}"
         rows.append(
-            [
-                case,
-                f"{last.scene.axle_load / 1e3:.4g}; {last.scene.static_wheel_load / 1e3:.2f}",
-                *forces,
-                strains_of(last, parts),
-                position,
-                f"{sum(map(core_seconds, by_model.values())):.1f}",
-                size_of(last, usual),
-                verdict_words(last.trust) or "-",
-            ]
+            {
+                "case": case,
+                "axle load [t]; static wheel load [kN]": load,
+                **{f"{model}: {FORCES} {named} [kN]": cell for model, cell in forces.items()},
+                f"PEEQ {named}: mean of 5 x 5 x 3 mm; largest of an element [%]": strains_of(last, parts),
+                "transfer x [mm]": "-" if np.isnan(last.transfer_x) else f"{last.transfer_x * 1e3:.0f}",
+                "core seconds": f"{sum(map(core_seconds, by_model.values())):.1f}",
+                "elements [mm]": size_of(last, usual),
+                "trust report": verdict_words(last.trust) or "-",
+            }
         )
-    return markdown_table(head, rows)
+    return table_of(rows)
 
 
 def usual_size(results: Results) -> float:
