@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.sites import laws_of, maintenance_of
 from rail_fem.damage.traffic import EXTRAPOLATED, INSPECTION, WEEKS, time_in_words
-from rail_fem.files.markdown import markdown_table, table_of
+from rail_fem.files.markdown import markdown_table, page_of, table_of
 from rail_fem.settings.damage import DamageSettings
 
 UM, MM = 1e6, 1e3
@@ -22,47 +23,38 @@ def study_report(title: str, settings: DamageSettings, found: dict[str, Any]) ->
     """Markdown page of a site that has worn."""
     crossing, law = found["site"] == "crossing", laws_of(settings)[found["law"]].label
     force = found["largest_force"]
-    lines = [
+    moves = found.get("transfer")
+    goes_over = (
+        f"; the load goes over at x = {_range(moves['first'])} mm at first, {_range(moves['end'])} mm at the end"
+        if moves
+        else ""
+    )
+    blocks: list[str | Sequence[str]] = [
         f"# {title}",
-        "",
         f"{found['passes']:,.0f} wheel passes of {found['kinds']} kind(s); the shape changes by {law}, forces and"
         f" patches are found anew on the changed shape {found['blocks']} times; calibration factor"
         f" {settings.factor:g} on all laws.{_resets(found)}",
-        "",
-        f"Largest force {force['first'] / 1e3:.0f} kN at first, {force['end'] / 1e3:.0f} kN at the end"
-        + (
-            f"; the load goes over at x = {_range(found['transfer']['first'])} mm at first,"
-            f" {_range(found['transfer']['end'])} mm at the end."
-            if crossing
-            else "."
-        ),
-        *(["", *_impacts(found["impacts"])] if crossing else []),
-        "",
+        f"Largest force {force['first'] / 1e3:.0f} kN at first, {force['end'] / 1e3:.0f} kN at the end{goes_over}.",
+        *(_impacts(found["impacts"]) if crossing else []),
         _traffic(settings, found["tonnage"]),
     ]
     for name, own in found["bodies"].items():
-        lines += ["", f"## {name}", "", *_part(settings, found, own)]
-    lines += _fleet(settings, found)
-    lines += _wheels(settings, found)
+        blocks += [f"## {name}", *_part(settings, found, own)]
+    blocks += [*_fleet(settings, found), *_wheels(settings, found)]
     if "sensitivities" in found:
         rows = [[name, f"{value:+.2f}", f"{error:.2f}"] for name, _, value, error in found["sensitivities"]]
-        lines += [
-            "",
+        ratios = ", ".join(f"{name} {_ratio(value)}" for name, value in found["wheel_ratios"].items())
+        blocks += [
             "## What drives it",
-            "",
             "Volume worn off the nose: change in per cent for one per cent of",
-            "",
-            *markdown_table(["parameter", "change [%]", "error"], rows),
-            "",
-            "By the wheel's shape, over the case's own: "
-            + ", ".join(f"{name} {_ratio(value)}" for name, value in found["wheel_ratios"].items())
-            + ".",
+            markdown_table(["parameter", "change [%]", "error"], rows),
+            f"By the wheel's shape, over the case's own: {ratios}.",
         ]
-    lines += ["", "## How sure", "", *markdown_table(["source", "size"], _sources(settings, found)), ""]
+    blocks += ["## How sure", markdown_table(["source", "size"], _sources(settings, found))]
     if not crossing:
         hardest = sorted(found["contacts"], key=lambda c: -c["tgamma"])[:4]
-        lines += ["## Hardest contacts at first", "", *table_of([*map(_contact_row, hardest)]), ""]
-    return "\n".join([*lines, *_limits(settings, found.get("flow_before"))]) + "\n"
+        blocks += ["## Hardest contacts at first", table_of([*map(_contact_row, hardest)])]
+    return page_of([*blocks, *_limits(settings, found.get("flow_before"))])
 
 
 def _traffic(settings: DamageSettings, tonnage: dict[str, float]) -> str:
@@ -88,19 +80,19 @@ def _removed(found: dict[str, Any]) -> tuple[str, str, float]:
     return ("volume", "mm\u00b3", 1e9) if found["site"] == "crossing" else ("area", "mm\u00b2", 1e6)
 
 
-def _part(settings: DamageSettings, found: dict[str, Any], own: dict[str, Any]) -> list[str]:
+def _part(settings: DamageSettings, found: dict[str, Any], own: dict[str, Any]) -> list[str | list[str]]:
     """Paragraphs and table of one body."""
     laws, depth, years, end = laws_of(settings), own["deepest_by_law"], own["years"], own["at_end"]
     what, unit, scale = _removed(found)
     axes = "x, y" if found["site"] == "crossing" else "y, z"
     at = lambda name: f"{axes} = {', '.join(f'{v * MM:.1f}' for v in own[name])} mm"
     rows = [
-        [
-            laws[name].label,
-            f"{depth[name] * UM:.3g}",
-            f"{own['removed_by_law'][name] * scale:.3g}",
-            time_in_words(years["to_depth_by_law"][name]),
-        ]
+        {
+            "law": laws[name].label,
+            "deepest [\u00b5m]": f"{depth[name] * UM:.3g}",
+            f"{what} [{unit}]": f"{own['removed_by_law'][name] * scale:.3g}",
+            f"time to {settings.depth_limit * MM:g} mm": time_in_words(years["to_depth_by_law"][name]),
+        }
         for name in depth
     ]
     bounded = f"{own['enlarged_share']:.0%} of the patches bounded by the hardness, " if own["enlarged_share"] else ""
@@ -115,12 +107,8 @@ def _part(settings: DamageSettings, found: dict[str, Any], own: dict[str, Any]) 
         f" {end['largest_pressure'] / 1e6:.0f} MPa, {end['seizure_share']:.0%} in seizure."
         + (f" {_subsurface(below, settings)}" if below else "")
         + (f" At the end {own['subsurface_at_end']['dang_van']:.2f}." if own["subsurface_at_end"] else ""),
-        "",
-        *_flow(own["flow"]),
-        *markdown_table(
-            ["law", "deepest [\u00b5m]", f"{what} [{unit}]", f"time to {settings.depth_limit * MM:g} mm"], rows
-        ),
-        "",
+        _flow(own["flow"]),
+        table_of(rows),
         f"Crack index {own['crack_index']:.2g} at {at('crack_index_at')} (1: visible cracks, by a function fitted to"
         f" plain line); a pass over the last shape adds {own['cracks_per_pass'] * 1e6:.2g}e-6 at {at('cracks_at')}."
         f" {_to_limit(settings, years, end['seizure_share'])}",
@@ -157,18 +145,17 @@ def _sources(settings: DamageSettings, found: dict[str, Any]) -> list[list[str]]
     ]
 
 
-def _flow(found: dict[str, Any] | None) -> list[str]:
+def _flow(found: dict[str, Any] | None) -> str:
     """A paragraph on plastic flow, where the study lets the steel flow."""
     if found is None:
-        return []
+        return ""
     x, y = found["lowered_at"]
-    return [
+    return (
         f"**Plastic flow** up to {found['deepest'] * UM:.3g} \u00b5m deep, {found['volume_moved'] * 1e9:.3g} mm\u00b3"
         f" pressed away, heaps of up to {found['heap'] * UM:.3g} \u00b5m, strain up to {found['strain']:.1%}. Flow and"
         f" wear together lower it most at x = {x * MM:.0f}, y = {y * MM:.1f} mm: {found['lowered'] * UM:.3g} \u00b5m,"
-        f" {found['share']:.0%} of it flow.",
-        "",
-    ]
+        f" {found['share']:.0%} of it flow."
+    )
 
 
 def _shortened(settings: DamageSettings, found: dict[str, Any]) -> str:
@@ -185,7 +172,7 @@ def _shortened(settings: DamageSettings, found: dict[str, Any]) -> str:
     )
 
 
-def _fleet(settings: DamageSettings, found: dict[str, Any]) -> list[str]:
+def _fleet(settings: DamageSettings, found: dict[str, Any]) -> list[str | list[str]]:
     """Life as a distribution over which wheels come, by each law, and who wears it most."""
     own = found.get("fleet")
     if own is None:
@@ -193,33 +180,29 @@ def _fleet(settings: DamageSettings, found: dict[str, Any]) -> list[str]:
     low, _, high = own["quantiles"]
     farthest = (EXTRAPOLATED - 1) * found["passes"]
     told = lambda passes: f"{passes:.2g}" if passes is not None and passes <= farthest else f"beyond {farthest:.2g}"
-    rows = [
-        [
-            laws_of(settings)[law].label,
-            ", ".join(f"{THOUSAND * worn * UM:.3g}" for worn in own["worn_per_pass"][law]),
-            ", ".join(map(told, own["passes_to_limit"][law])),
-        ]
-        for law in own["worn_per_pass"]
-    ]
     x, y = own["at"]
     kinds = "; ".join(f"{kind} ({share:.0%})" for kind, share in own["kinds"])
     limit = f"{settings.depth_limit * MM:g} mm"
+    rows = [
+        {
+            "law": laws_of(settings)[law].label,
+            f"worn by {THOUSAND:,} passes [\u00b5m]": ", ".join(f"{THOUSAND * one * UM:.3g}" for one in worn),
+            f"passes from now to {limit}": ", ".join(map(told, own["passes_to_limit"][law])),
+        }
+        for law, worn in own["worn_per_pass"].items()
+    ]
     return [
-        "",
         "## The fleet",
-        "",
         f"At x = {x * MM:.0f}, y = {y * MM:.1f} mm of the {own['body']}, where {limit} come first, at the rate of the"
         f" last shape. Across a row: which of {found['kinds']} drawn kinds of pass come ({low:.0%}, median,"
         f" {high:.0%}), down the column: the model, by what the laws differ.",
-        "",
-        *markdown_table(["law", f"worn by {THOUSAND:,} passes [\u00b5m]", f"passes from now to {limit}"], rows),
-        "",
+        table_of(rows),
         f"Most of it by {kinds}. Were the worst {own['turned']} kind(s) turned into the mean of the others, it would"
         f" wear {own['less_without_worst']:.0%} less.",
     ]
 
 
-def _wheels(settings: DamageSettings, found: dict[str, Any]) -> list[str]:
+def _wheels(settings: DamageSettings, found: dict[str, Any]) -> list[str | list[str]]:
     """What wheels of each kind lose in a thousand passes over the crossing as it wears."""
     if not found["wheels"]:
         return []
@@ -241,19 +224,15 @@ def _wheels(settings: DamageSettings, found: dict[str, Any]) -> list[str]:
             }
         )
     return [
-        "",
         "## Wheels",
-        "",
         f"What a wheel of each kind loses in {THOUSAND:,} passes of its own over this crossing as it wears, spread over"
         f" its circumference; hardness {settings.wheel_hardness / 1e9:g} GPa, the same laws and calibration factor:",
-        "",
-        *table_of(rows),
-        "",
+        table_of(rows),
         "The wheels' shapes stand for a population and do not change.",
     ]
 
 
-def _impacts(found: dict[str, list[dict[str, Any]]]) -> list[str]:
+def _impacts(found: dict[str, list[dict[str, Any]]]) -> list[str | list[str]]:
     """The largest forces by kind of pass, at first."""
     rows = []
     for one in found["first"][:MOST_KINDS]:
@@ -272,14 +251,13 @@ def _impacts(found: dict[str, list[dict[str, Any]]]) -> list[str]:
             }
         )
     return [
-        *table_of(rows),
-        "",
+        table_of(rows),
         "A wheel that lands meets a track that swings back as one mass on one spring: forces of a second impact depend"
         " on all that went before, and are less sure than those of the first.",
     ]
 
 
-def _limits(settings: DamageSettings, before: dict[str, float] | None = None) -> list[str]:
+def _limits(settings: DamageSettings, before: dict[str, float] | None = None) -> list[str | list[str]]:
     """before : plastic flow by a run before all wear, of damage.flow"""
     flow = "No plastic flow in this study: a new casting changes its shape by flow before it wears."
     if settings.plastic_flow:
@@ -294,12 +272,13 @@ def _limits(settings: DamageSettings, before: dict[str, float] | None = None) ->
         )
     return [
         "## What these numbers are not",
-        "",
-        "- Laws come from dry laboratory tests and differ by a factor of ten at the same friction work;"
-        " field rates are"
-        " an order below them. The calibration factor stands for lubrication and climate and is to be fitted.",
-        f"- {flow}",
-        "- T\u03b3's damage function was fitted to curves of plain line in grade 220 rail.",
+        [
+            "- Laws come from dry laboratory tests and differ by a factor of ten at the same friction work;"
+            " field rates are an order below them. The calibration factor stands for lubrication and climate and is to"
+            " be fitted.",
+            f"- {flow}",
+            "- T\u03b3's damage function was fitted to curves of plain line in grade 220 rail.",
+        ],
     ]
 
 

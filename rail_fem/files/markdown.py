@@ -24,6 +24,13 @@ def table_of(rows: Sequence[Mapping[str, str]]) -> list[str]:
     return markdown_table([*rows[0]], [[*row.values()] for row in rows]) if rows else []
 
 
+def page_of(blocks: Iterable[str | Sequence[str]]) -> str:
+    """A page of paragraphs, headings, and lines of tables and lists, a blank line between two of them; what is empty is
+    left out."""
+    texts = (block if isinstance(block, str) else "\n".join(block) for block in blocks)
+    return "\n\n".join(filter(None, texts)) + "\n"
+
+
 def csv_text(rows: Iterable[Iterable[Any]]) -> str:
     """Rows of cells as the text of a .csv file."""
     text = io.StringIO()

@@ -78,8 +78,9 @@ class Frozen(BaseModel):
         values = {name: getattr(self, name) for name, field in type(self).model_fields.items() if not field.exclude}
         for name, change in changes.items():
             part = values.get(name)
-            inner = isinstance(part, Frozen) and isinstance(change, Mapping)
-            values[name] = _replaced_part(name, part, change) if inner else change
+            if isinstance(part, Frozen) and isinstance(change, Mapping):
+                change = _replaced_part(name, part, change)
+            values[name] = change
         return type(self).checked(values, context)
 
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from rail_fem.case.variations import as_setting
 from rail_fem.files.atomic import write_text_atomically
-from rail_fem.files.markdown import markdown_table
+from rail_fem.files.markdown import markdown_table, page_of
 from rail_fem.hierarchy import MODELS
 from rail_fem.result.result import PassResult
 from rail_fem.result.trust import GOOD
@@ -100,12 +100,9 @@ def write_page(sweep: Sweep, out: Path) -> Path:
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     drawn = draw_all(pictures(source, results, sweep.folder), out)
-    text = [
-        *page_lines(sweep, f"--out {out}"),
-        *figure_lines(source, drawn, lambda picture: f"{picture.name}.png"),
-        *(f"![{picture.words}]({picture.name}.png)" for picture in drawn),
-    ]
-    write_text_atomically(out / "report.md", "\n".join(text) + "\n")
+    blocks = page_blocks(sweep, f"--out {out}", drawn, "")
+    images = [f"![{picture.words}]({picture.name}.png)" for picture in drawn]
+    write_text_atomically(out / "report.md", page_of([*blocks, images]))
     return out / "report.md"
 
 
@@ -123,12 +120,9 @@ def write_digest(sweep: Sweep, page: Path, shown: tuple[str, ...]) -> Path:
     prefix = f"{page.stem}_"
     drawn = draw_all([picture for picture in found if picture.name in shown], page.parent, prefix, COMPACT)
     how = " ".join([f"--digest {page}", *(f"--show {name}" for name in shown)])
-    lines = [
-        *page_lines(sweep, how),
-        *figure_lines(source, found, lambda picture: f"{sweep.folder}/report/{picture.name}.png"),
-        *(f"![{picture.words}]({prefix}{picture.name}.png)\n\n*{picture.words}.*\n" for picture in drawn),
-    ]
-    write_text_atomically(page, "\n".join(lines) + "\n")
+    blocks = page_blocks(sweep, how, found, f"{sweep.folder}/report/")
+    images = (f"![{picture.words}]({prefix}{picture.name}.png)\n\n*{picture.words}.*" for picture in drawn)
+    write_text_atomically(page, page_of([*blocks, *images]))
     return page
 
 
@@ -144,45 +138,34 @@ def draw_all(wanted: list[Picture], out: Path, prefix: str = "", dots: int | Non
     return drawn
 
 
-def page_lines(sweep: Sweep, how: str) -> list[str]:
-    """How it was made, tables, trends. how : options of the command that writes the page"""
+def page_blocks(sweep: Sweep, how: str, found: list[Picture], place: str) -> list[str | list[str]]:
+    """How it was made, tables, trends, which figures there are. how : options of the command that writes the page;
+    place : of the figures found, before their names"""
     source, results, groups = sweep.source, sweep.results, sweep.groups
     changed = (f" --groups {groups}" if load_source(groups).changes_cases else "") + sweep.options
     beside = f" --beside {sweep.beside}" if sweep.beside else ""
-    lines = [
-        f"# {source.title}",
-        "",
-        *([source.intro, ""] if source.intro else []),
-        (
-            f"Runs by `rail-fem sweep {groups.parent}/case_*.toml{changed} --out {sweep.folder}`; this page by"
-            f" `rail-fem report {sweep.folder} --groups {groups}{beside}{sweep.options} {how}` at commit"
-            f" {versions().get('git') or UNKNOWN}."
-        ),
-        "",
-        *state_lines(results),
-        "",
-        *absent_lines(sweep, changed),
-        *count_lines(source.group, results),
-        "",
-        "## All cases, every model",
-        "",
-        *force_table(results),
-        "",
-        *trust_lines(results),
-        "",
-    ]
-    lines += ["Left out:", "", *(f"- {sentence}" for sentence in sweep.unusable), ""] if sweep.unusable else []
-    lines += [*cost_lines(results), ""]
+    made = (
+        f"Runs by `rail-fem sweep {groups.parent}/case_*.toml{changed} --out {sweep.folder}`; this page by"
+        f" `rail-fem report {sweep.folder} --groups {groups}{beside}{sweep.options} {how}` at commit"
+        f" {versions().get('git') or UNKNOWN}."
+    )
+    blocks: list[str | list[str]] = [f"# {source.title}", source.intro, made]
+    blocks += [state_lines(results), absent_lines(sweep, changed), count_lines(source.group, results)]
+    blocks += ["## All cases, every model", force_table(results), trust_lines(results)]
+    if sweep.unusable:
+        blocks += ["Left out:", [f"- {sentence}" for sentence in sweep.unusable]]
     tables = {
         "P2 force: published, by formula, and the peaks of the models": published_table(source.published, results),
         "The leg: published, and by every model": leg_table(source.published, results),
         f"Beside {sweep.beside}": beside_lines(sweep),
     }
+    blocks.append(cost_lines(results))
     for title, table in tables.items():
-        lines += [f"## {title}", "", *table, ""] if table else []
+        if table:
+            blocks += [f"## {title}", table]
     for group in source.group:
-        lines += [f"## {group.title}", "", *trend_lines(group, results, groups.parent, source, sweep.others), ""]
-    return lines
+        blocks += [f"## {group.title}", trend_lines(group, results, groups.parent, source, sweep.others)]
+    return [*blocks, "## Figures", figure_table(source, found, place)]
 
 
 def beside_lines(sweep: Sweep) -> list[str]:
@@ -224,8 +207,7 @@ def absent_lines(sweep: Sweep, changed: str) -> list[str]:
     files = " ".join(f"{sweep.groups.parent}/{case}.toml" for case in absent)
     return [
         f"{model} has not run {', '.join(absent)}: `rail-fem sweep {files}{changed} --model {model} --out"
-        f" {sweep.folder}` goes on; trends are checked on the models that have all their cases.",
-        "",
+        f" {sweep.folder}` goes on; trends are checked on the models that have all their cases."
     ]
 
 
@@ -259,12 +241,12 @@ def cost_lines(results: Results) -> list[str]:
     ]
 
 
-def figure_lines(source: Source, found: list[Picture], name: Callable[[Picture], str]) -> list[str]:
+def figure_table(source: Source, found: list[Picture], place: str) -> list[str]:
     """Which figure of the source each picture stands for, and which have no like."""
-    rows = [[picture.stands_for or "-", f"`{name(picture)}`", picture.words] for picture in found]
+    rows = [[picture.stands_for or "-", f"`{place}{picture.name}.png`", picture.words] for picture in found]
     absent = [[sentence.split(":")[0], "-", sentence.partition(":")[2].strip()] for sentence in source.absent]
     head = ["figure of the source", "here", "what it shows"]
-    return ["## Figures", "", *markdown_table(head, [*rows, *absent]), ""]
+    return markdown_table(head, [*rows, *absent])
 
 
 def published_marks(source: Source) -> Marks:
