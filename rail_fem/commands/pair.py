@@ -20,8 +20,7 @@ from geometry.wheelset import SIDES, Track, Wheelset
 from rail_fem.commands.ending import refusing, stop, warn
 from rail_fem.contact.contact_pairs import bring_together, plain_rail
 from rail_fem.contact.load_sharing import LoadedSide, side_held, wheel_equilibrium
-from rail_fem.files.atomic import write_text_atomically
-from rail_fem.files.markdown import csv_text
+from rail_fem.files.atomic import csv_text, write_text_atomically
 from rail_fem.scene.series import read_series
 from rail_fem.scene.units import QuantityError, parse
 

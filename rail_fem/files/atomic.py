@@ -1,10 +1,13 @@
 """Files that appear whole or not at all: written under another name in the same folder, then renamed."""
 
+import csv
 import errno
+import io
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 PARTIAL = re.compile(r"\..+\.\d+\.partial(\.[^.]*)?")
 
@@ -46,3 +49,10 @@ def remove_partial(*folders: Path) -> None:
 def write_text_atomically(path: Path, text: str) -> None:
     """The file holds all of the text (UTF-8) or is not changed."""
     write_atomically(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def csv_text(rows: Iterable[Iterable[Any]]) -> str:
+    """Rows of cells as the text of a .csv file."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()

@@ -1,9 +1,6 @@
-"""Tables of the reports, in Markdown and as comma-separated values."""
+"""Pages and tables of the reports, in Markdown."""
 
-import csv
-import io
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
@@ -29,13 +26,6 @@ def page_of(blocks: Iterable[str | Sequence[str]]) -> str:
     left out."""
     texts = (block if isinstance(block, str) else "\n".join(block) for block in blocks)
     return "\n\n".join(filter(None, texts)) + "\n"
-
-
-def csv_text(rows: Iterable[Iterable[Any]]) -> str:
-    """Rows of cells as the text of a .csv file."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()
 
 
 def _line(cells: Sequence[str]) -> str:

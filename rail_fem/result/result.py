@@ -16,12 +16,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from pydantic import ValidationError
 
-from rail_fem.files.atomic import write_atomically, write_text_atomically
-from rail_fem.files.markdown import csv_text
+from rail_fem.files.atomic import csv_text, write_atomically, write_text_atomically
 from rail_fem.files.strict_json import NAN, dumps, nan_for_none
 from rail_fem.result.history import COLUMNS, complete_history, shown_table
 from rail_fem.result.trust import trust_text
-from rail_fem.result.versions import imported, versions
+from rail_fem.result.versions import needed, versions
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import SI_OF, engineering
 
@@ -293,7 +292,8 @@ class PassResult:
         ModuleNotFoundError
             Where pandas is not installed.
         """
-        pandas = imported("pandas")
+        with needed("pandas"):
+            import pandas
         if si:
             return pandas.DataFrame(dict(self.history))
         header, table = shown_table(self.history)
@@ -312,7 +312,8 @@ class PassResult:
         ModuleNotFoundError
             Where xarray is not installed.
         """
-        xarray = imported("xarray")
+        with needed("xarray"):
+            import xarray
         columns = {
             name: (
                 "time",
@@ -362,7 +363,9 @@ class PassResult:
         ModuleNotFoundError
             Where pyvista is not installed.
         """
-        return imported("pyvista").read(self._field_file(frame))
+        with needed("pyvista"):
+            import pyvista
+        return pyvista.read(self._field_file(frame))
 
     def _field_file(self, frame: int | None = None) -> Path:
         from rail_fem.result.fields import FieldsError, field_file

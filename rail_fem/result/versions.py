@@ -1,12 +1,12 @@
 """Versions of everything that an answer depends on, as far as it is installed."""
 
+import contextlib
 import functools
-import importlib
 import platform
 import subprocess
+from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 PACKAGES = ["rail-fem", "numpy", "scipy", "numba", "dolfinx", "mpi4py", "petsc4py", "gmsh", "pyvista", "vtk"]
 PACKAGES += ["pydantic", "pint"]
@@ -50,11 +50,12 @@ def versions() -> dict[str, str]:
     return dict(_versions())
 
 
-def imported(package: str) -> Any:
-    """A package that those alone need who ask for what it makes (NEEDED). Errors: ModuleNotFoundError, with what to
-    do."""
+@contextlib.contextmanager
+def needed(package: str) -> Iterator[None]:
+    """Around the import of a package that those alone need who ask for what it makes (NEEDED). Errors:
+    ModuleNotFoundError, with what to do."""
     try:
-        return importlib.import_module(package)
+        yield
     except ModuleNotFoundError as error:
         what, without = NEEDED[package]
         words = f"{what} {package}: pip install {package}; {without} the same without it"

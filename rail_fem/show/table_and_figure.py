@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import typer
 from matplotlib.figure import Figure
 
-from rail_fem.files.atomic import write_text_atomically
-from rail_fem.files.markdown import csv_text, markdown_table
+from rail_fem.files.atomic import csv_text, write_text_atomically
+from rail_fem.files.markdown import markdown_table
 from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.style import DOTS, lettering, save
 

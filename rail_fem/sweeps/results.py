@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from rail_fem.files.markdown import csv_text, markdown_table
+from rail_fem.files.atomic import csv_text
+from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.result.events import flights, stated_peaks
 from rail_fem.result.quantities import REPORTED
 from rail_fem.result.result import NAN, PassResult, Peak
-from rail_fem.result.versions import imported
+from rail_fem.result.versions import needed
 from rail_fem.scene.units import SHOWN
 from rail_fem.sweeps.compare import core_seconds
 from rail_fem.sweeps.parameters import Values, asked_values, shown_value, title_of, varied_keys, with_left_out
@@ -124,7 +125,9 @@ class SweepResults:
         ModuleNotFoundError
             Where pandas is not installed.
         """
-        return imported("pandas").DataFrame(self.rows())
+        with needed("pandas"):
+            import pandas
+        return pandas.DataFrame(self.rows())
 
     def to_xarray(self):
         """The rows as an xarray.Dataset over what varies and the model, where the cases are a grid of that, else over
@@ -139,7 +142,9 @@ class SweepResults:
         ModuleNotFoundError
             Where xarray is not installed.
         """
-        xarray, rows, keys = imported("xarray"), self.rows(), [title_of(key) for key in self.varied]
+        with needed("xarray"):
+            import xarray
+        rows, keys = self.rows(), [title_of(key) for key in self.varied]
         values = {key: list(dict.fromkeys(row[key] for row in rows)) for key in keys}
         grid = math.prod(map(len, values.values())) == len(self)
         axes = (values if grid else {"case": list(self)}) | {"model": list(dict.fromkeys(row["model"] for row in rows))}
