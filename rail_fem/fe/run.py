@@ -64,8 +64,11 @@ class Run:
         self.dynamics, self.recorder = passage.dynamics, Recorder(passage)
         self.card = None
         if settings.device == "cuda":
+            from rail_fem.fe.card.fits import unfit_for_card
             from rail_fem.fe.card.on_card import OnCard
 
+            if unfit := unfit_for_card(scene, settings, comm.size):
+                raise ValueError("; ".join(unfit))
             self.card = OnCard(self.dynamics, passage.rail_region)
         self.limit = self.dynamics.stable_step(1.0)
         self.dt = self.dynamics.stable_step(settings.courant)

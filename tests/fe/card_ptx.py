@@ -32,8 +32,7 @@ def main(capability: str, folder: str, *names: str) -> None:
     card.push(STEP)
     of_step = typeof(card.there)
     kinds = [kernels.of_elements(*kind) for kind in ((True, None), (False, 2), (True, 2))]
-    others = tuple((kernel, len) for kernel in kinds)
-    for kernel, count in kernels.MOVE + card.force + others + kernels.COLLECT:
+    for kernel, count in (*kernels.MOVE, *card.force, *kinds, *kernels.COLLECT):
         name = kernel.py_func.__name__
         if names and name not in names:
             continue

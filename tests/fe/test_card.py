@@ -11,10 +11,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rail_fem.case.casefile import load_case
+from rail_fem.fe.card.fits import room_on_card, unfit_for_card
 from rail_fem.fe.run import CHECK_EVERY, Run
 from rail_fem.result.result import load
 from tests.fe.card_job import PLAIN, by_card, by_processor
 from tests.fe.card_pass import run as run_pass
+from tests.rail_fem.test_readme import ROOT
 
 STEPS, FEW = 20, 6  # of one point an element with a hardening curve, of the other kinds
 # 20 steps of sums of some ten terms, each to 2e-16, in which what is left is down to a hundredth of the terms
@@ -73,6 +76,21 @@ def test_the_card_makes_the_same_bits_however_it_is_looked_at(folder):
     once, again = by_card(folder, STEPS, 0), by_card(folder, STEPS, 0, every=5, anew=True)
     names = ("x", "v", "force", "state", "contact force", "contact slip", "wheel spin", "plate velocity")
     assert all(np.array_equal(once[name], again[name]) for name in names)
+
+
+def test_a_case_that_a_card_does_not_take_is_refused_with_what_it_lacks(monkeypatch):
+    """Before any mesh is made; elements of eight points it takes, with room for their state: 64 numbers for 20."""
+    monkeypatch.setattr("rail_fem.fe.card.device.missing", lambda: "")
+    on_card = {"run.fe_full.device": "cuda"}
+    one, full = (
+        load_case(ROOT / "cases" / "nose_transfer.toml", on_card | {"run.fe_full.element": element})
+        for element in ("one-point", "full")
+    )
+    assert unfit_for_card(full.scene, full.runs["fe_full"], 1) == []
+    (why,) = unfit_for_card(full.scene, full.runs["fe_full"], 2)
+    assert "2 ranks" in why and 'take "cpu"' in why
+    more = room_on_card(1.0, full.scene, full.runs["fe_full"]) - room_on_card(1.0, one.scene, one.runs["fe_full"])
+    assert more == pytest.approx(8 * 44, abs=1e-3)  # of half a gigabyte more
 
 
 def test_a_card_stops_wherever_a_run_looks():
@@ -134,17 +152,20 @@ def assert_same_pass(folder, *ways):
 
 
 COMPILER = shutil.which("ptxas")
+# stored and loaded again by a thread of these kernels [B]: by ptxas 13.0 for 9.0, and half as much again for others
+SPILLED = {"advance_element_cyclic": 216, "advance_full_element_cyclic": 618}
 
 
 @pytest.mark.validate
 @pytest.mark.skipif(find_spec("numba_cuda") is None or COMPILER is None, reason="needs numba-cuda and ptxas")
 @pytest.mark.parametrize("capability", ["8.0", "9.0"])
-def test_kernels_compile_for_cards_without_spills(capability, folder):
-    """What a thread holds stays in registers: 255 at most, and in the blocks of 512 threads 128."""
+def test_kernels_compile_for_cards_with_few_spills(capability, folder):
+    """What a thread holds stays in registers, 255 at most, and in the blocks of 512 threads 128, but where SPILLED says
+    how much does not."""
     command = [sys.executable, "-m", "tests.fe.card_ptx", capability, str(folder)]
     answer = subprocess.run(command, capture_output=True, text=True, timeout=3600, env=os.environ.copy())
     assert answer.returncode == 0, answer.stderr[-800:]
     found = re.findall(r"(\w+): (\d+) registers, (\d+) B spilled", answer.stdout)
-    assert len(found) == 10
-    assert all(int(spilled) == 0 for _, _, spilled in found)
+    assert len(found) == 13
+    assert all(int(spilled) <= SPILLED.get(name, 0) for name, _, spilled in found)
     assert all(int(registers) <= (128 if name in ("groups", "contact") else 255) for name, registers, _ in found)

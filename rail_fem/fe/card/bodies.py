@@ -1,9 +1,9 @@
 """What the threads of a card do in a step of the bodies: kick, elements, sums at nodes, drift, rigid groups.
 
-The mathematics is that of the compiled kernels, function by function. Threads deal out items to themselves: `first` is
-a thread's own, `every` how many threads there are. None adds to what another one adds to: elements store their nodal
-forces, nodes gather those of their elements in a fixed order, so that a step gives the same bits every time. Compiled
-for the card by rail_fem.fe.card.kernels, and for the processor where a card is simulated.
+The mathematics is that of the compiled kernels, function by function, each on one item: rail_fem.fe.card.kernels deals
+them out, j the number of a node that moves or is watched. No thread adds to what another one adds to: elements store
+their nodal forces, nodes gather those of their elements in a fixed order, so that a step gives the same bits every
+time. Compiled for the card by the kernels, and for the processor where a card is simulated.
 """
 
 from __future__ import annotations
@@ -27,29 +27,27 @@ from rail_fem.fe.hexahedron_full import (
     vectors_at,
 )
 from rail_fem.fe.lanes import inlined, load, store, thread
-from rail_fem.fe.node_kernels import kicked, pushed
+from rail_fem.fe.node_kernels import SMALL, kick_range, pushed
 from rail_fem.fe.plasticity import flow_alone, return_law, turn_alone
 from rail_fem.fe.state import HOURGLASS, LANES, N_STATE, N_WORK, POINT_STATE, POINTS, YIELD
-from rail_fem.fe.trilinear import by_mode, field_gradient, scalar_modes, store_nodal
+from rail_fem.fe.trilinear import by_mode, field_gradient, mean_gradient, scalar_modes, store_nodal
 
 _W = LANES
 FULL_ROOM = VECTORS + MEAN  # rows that a block of full elements needs beside
 
 
 @inlined
+def at_four(a, nodes, n, k):
+    """Component k of a nodal vector at four nodes of a lane, of which the first stands at n."""
+    return a[3 * nodes[n] + k], a[3 * nodes[n + _W] + k], a[3 * nodes[n + 2 * _W] + k], a[3 * nodes[n + 3 * _W] + k]
+
+
+@inlined
 def component(a, nodes, block, k, e):
     """Modes of component k of a nodal vector on lane e."""
-    n = block * 8 * _W + e
-    return scalar_modes(
-        a[3 * nodes[n] + k],
-        a[3 * nodes[n + _W] + k],
-        a[3 * nodes[n + 2 * _W] + k],
-        a[3 * nodes[n + 3 * _W] + k],
-        a[3 * nodes[n + 4 * _W] + k],
-        a[3 * nodes[n + 5 * _W] + k],
-        a[3 * nodes[n + 6 * _W] + k],
-        a[3 * nodes[n + 7 * _W] + k],
-    )
+    n0, n1, n2, n3 = at_four(a, nodes, block * 8 * _W + e, k)
+    n4, n5, n6, n7 = at_four(a, nodes, (block * 8 + 4) * _W + e, k)
+    return scalar_modes(n0, n1, n2, n3, n4, n5, n6, n7)
 
 
 @inlined
@@ -75,13 +73,18 @@ def shift(state, back, e, sign):
 
 
 @thread
-def take_trial(stress, rotation, law, state, back, e, real, point, rows):
-    """Trial stress of a point less its back stresses, which turn with it -> state, brought back where a `real` lane
-    flows; plastic work density [J/m3]. point, rows : as in plasticity.flow_back"""
-    store(state, 0, 0, e, stress[:3])
-    store(state, 0, 3, e, stress[3:])
+def turn_all(back, e, rotation):
+    """Turn the back stresses (k*6*W,) of lane e."""
     for first in range(0, back.size, 6 * _W):
         turn_alone(back, first, e, rotation)
+
+
+@thread
+def take_trial(stress, law, state, back, e, real, point, rows):
+    """Trial stress of a point less its back stresses -> state, brought back where a `real` lane flows, and these added;
+    plastic work density [J/m3]. point, rows : as in plasticity.flow_back"""
+    store(state, 0, 0, e, stress[:3])
+    store(state, 0, 3, e, stress[3:])
     excess, work = von_mises(stress) - state[YIELD * _W + e], 0.0
     if excess > 0.0 and real:
         work = flow_alone(law, state, back, e, excess, point, rows)
@@ -98,32 +101,29 @@ def state_of(own, law, block, q, points, rows):
 
 
 @thread
-def add_works(own, block, e, plastic, hourglass, viscous):
-    at = block * N_WORK * _W + e
-    own.work[at] += plastic
-    own.work[at + _W] += hourglass
-    own.work[at + 2 * _W] += viscous
-
-
-@thread
 def advance_element(block, e, room, point, a):
     """One step of lane e of a block of one-point elements: stress and nodal forces. room : none;  point : PointBuffers,
     None where no steel has a law over cycles"""
     own, law = a.elements, return_law(a.steels, a.elements.material_of[block])
     x, v = modes_at(a.nodes.x, own.nodes, block, e), modes_at(a.nodes.v, own.nodes, block, e)
     state, back = state_of(own, law, block, 0, 1, N_STATE)
+    if back.size > 0:  # before the trial: there are no registers for the rotation beside it
+        shift(state, back, e, -1.0)
+        b, volume = mean_gradient(x)
+        turn_all(back, e, step_rotation(to_mid_step(field_gradient(v, b, volume), a.dt), a.dt))
     q1, q2 = load(state, 0, HOURGLASS, e), load(state, 0, HOURGLASS + 3, e)
     q3, q4 = load(state, 0, HOURGLASS + 6, e), load(state, 0, HOURGLASS + 9, e)
-    shift(state, back, e, -1.0)
     old = load(state, 0, 0, e) + load(state, 0, 3, e)
     found = trial_of(x, v, a.dt, constants_of(a.steels.rows[own.material_of[block]]), old, q1, q2, q3, q4)
     store(state, 0, HOURGLASS, e, found.q1)
     store(state, 0, HOURGLASS + 3, e, found.q2)
     store(state, 0, HOURGLASS + 6, e, found.q3)
     store(state, 0, HOURGLASS + 9, e, found.q4)
-    r = step_rotation(to_mid_step(field_gradient(v, found.gradient, found.volume), a.dt), a.dt)
-    plastic = take_trial(found.stress, r, law, state, back, e, e < own.filled[block], point, N_STATE)
-    add_works(own, block, e, plastic * found.volume, found.hourglass_work, found.viscous_work)
+    at, real = block * N_WORK * _W + e, e < own.filled[block]
+    work = take_trial(found.stress, law, state, back, e, real, point, N_STATE)
+    own.work[at] += found.volume * work
+    own.work[at + _W] += found.hourglass_work
+    own.work[at + 2 * _W] += found.viscous_work
     own.volume[block * _W + e] = found.volume
     rows = stress_rows(load(state, 0, 0, e), load(state, 0, 3, e), found.pressure)
     q1, q2 = load(state, 0, HOURGLASS, e), load(state, 0, HOURGLASS + 3, e)
@@ -142,7 +142,9 @@ def advance_full_element(block, e, room, point, a):
     begin_element(x, v, dt, constants, mean, e)
     for k in range(VECTORS):
         forces[k * _W + e] = 0.0
-    plastic, smallest = 0.0, mean[VOLUME * _W + e]
+    at, lane = block * N_WORK * _W + e, block * _W + e
+    own.work[at + 2 * _W] += mean[VISCOUS * _W + e]
+    own.volume[lane] = mean[VOLUME * _W + e]
     for q in range(POINTS):
         state, back = state_of(own, law, block, q, POINTS, POINT_STATE)
         shift(state, back, e, -1.0)
@@ -151,21 +153,21 @@ def advance_full_element(block, e, room, point, a):
         v1, v2, v3 = vectors_at(v, q)
         found = trial_of_point(x1, x2, x3, v1, v2, v3, mean[DIVERGENCE * _W + e], dt, constants, old)
         volume = found.jacobian
-        plastic += volume * take_trial(found.stress, found.rotation, law, state, back, e, real, point, POINT_STATE)
+        turn_all(back, e, found.rotation)
+        work = take_trial(found.stress, law, state, back, e, real, point, POINT_STATE)
+        own.work[at] += volume * work
         t, u = load(state, 0, 0, e), load(state, 0, 3, e)
         add_force_of_point(t, u, found.c1, found.c2, found.c3, volume, q, mean, forces, e)
         if not volume > 0.0:
-            smallest = volume
-    add_works(own, block, e, plastic, 0.0, mean[VISCOUS * _W + e])
-    own.volume[block * _W + e] = smallest
+            own.volume[lane] = volume
     force_at_nodes(forces, mean, a.forces[block * 24 * _W : (block + 1) * 24 * _W], e)
 
 
 @thread
-def force_small(block, e, a):
-    """Nodal forces of lane e of a small-displacement block."""
-    own, start = a.small, a.elements.filled.size + block
-    material = a.steels.rows[own.material_of[block]]
+def force_small_element(j, a):
+    """Nodal forces of element j, padding counted, of the small-displacement blocks."""
+    block, e, own = j // _W, j % _W, a.small
+    start, material = a.elements.filled.size + block, a.steels.rows[own.material_of[block]]
     fixed = own.geometry[block * N_FIXED * _W : (block + 1) * N_FIXED * _W]
     m = modes_at(a.nodes.displaced, own.nodes, block, e)
     l, stress = gradient_and_stress(m, fixed, e, material[0], material[1])
@@ -178,75 +180,55 @@ def force_small(block, e, a):
 
 
 @thread
-def force_small_elements(first, every, a):
-    for j in range(first, a.small.material_of.size * _W, every):
-        force_small(j // _W, j % _W, a)
+def gather_forces(j, a):
+    """Minus the forces of the elements around a node, in their fixed order -> force."""
+    nodes, n, x, y, z = a.nodes, a.nodes.moved[j], 0.0, 0.0, 0.0
+    for m in range(nodes.first[n], nodes.first[n + 1]):
+        k = nodes.places[m]
+        x -= a.forces[k]
+        y -= a.forces[k + _W]
+        z -= a.forces[k + 2 * _W]
+    nodes.force[3 * n], nodes.force[3 * n + 1], nodes.force[3 * n + 2] = x, y, z
 
 
 @thread
-def gather_forces(first, every, a):
-    """Minus the forces of the elements around each node, in their fixed order -> force."""
-    nodes = a.nodes
-    for j in range(first, nodes.moved.size, every):
-        n = nodes.moved[j]
-        x = y = z = 0.0
-        for m in range(nodes.first[n], nodes.first[n + 1]):
-            k = nodes.places[m]
-            x -= a.forces[k]
-            y -= a.forces[k + _W]
-            z -= a.forces[k + 2 * _W]
-        nodes.force[3 * n], nodes.force[3 * n + 1], nodes.force[3 * n + 2] = x, y, z
+def kick_node(j, a):
+    """Velocity from internal forces, and their work."""
+    nodes, n = a.nodes, a.nodes.moved[j]
+    v, force, works = nodes.v, nodes.force, nodes.works[n]
+    kick_range(v, force, nodes.inverse_mass, 0.0, a.dt, nodes.marks, 3 * n, 3 * n + 3, works)
 
 
 @thread
-def kick_nodes(first, every, a):
-    """Velocities from internal forces, and their work."""
-    nodes = a.nodes
-    for j in range(first, nodes.moved.size, every):
-        n, power = nodes.moved[j], 0.0
-        for i in range(3 * n, 3 * n + 3):
-            old = nodes.v[i]
-            new = kicked(old, nodes.force[i], nodes.inverse_mass[i], a.dt)
-            nodes.v[i] = new
-            power += 0.5 * nodes.force[i] * (old + new)
-        nodes.power[n] -= a.dt * power
+def drift_node(j, a):
+    """Position after the step, and u + damping v there [m]."""
+    nodes, n = a.nodes, a.nodes.moved[j]
+    for i in range(3 * n, 3 * n + 3):
+        nodes.x[i] += a.dt * nodes.v[i]
+        nodes.displaced[i] = nodes.x[i] - nodes.reference[i] + a.damping * nodes.v[i]
 
 
 @thread
-def drift_nodes(first, every, a):
-    """Positions after the step, and u + damping v there [m]."""
-    nodes = a.nodes
-    for j in range(first, nodes.moved.size, every):
-        n = nodes.moved[j]
-        for i in range(3 * n, 3 * n + 3):
-            nodes.x[i] += a.dt * nodes.v[i]
-            nodes.displaced[i] = nodes.x[i] - nodes.reference[i] + a.damping * nodes.v[i]
+def push_node(j, a):
+    """Contact force onto the velocity, and the works."""
+    nodes, t, at = a.nodes, a.contact, a.contact.watched[j]
+    n = t.local[at]
+    for c in range(3):
+        i, push = 3 * n + c, t.found.force[at, c]
+        nodes.v[i], work, changed = pushed(nodes.v[i], push, nodes.force[i], t.nodes.inverse_mass[at], a.dt)
+        nodes.pushed[n] += work
+        nodes.works[n, nodes.marks[i] & SMALL] -= changed
 
 
 @thread
-def push_nodes(first, every, a):
-    """Contact forces onto velocities, and the works."""
-    nodes, t = a.nodes, a.contact
-    for j in range(first, t.watched.size, every):
-        at = t.watched[j]
-        n = t.local[at]
-        for c in range(3):
-            i = 3 * n + c
-            push, inverse_mass = t.found.force[at, c], t.nodes.inverse_mass[at]
-            nodes.v[i], work, changed = pushed(nodes.v[i], push, nodes.force[i], inverse_mass, a.dt)
-            nodes.pushed[n] += work
-            nodes.power[n] -= changed
-
-
-@thread
-def add_reactions(first, every, a):
+def add_reactions(thread, _, a):
     """The thread's share of the element forces on each group -> its row of `partial`; whether a step is due."""
-    groups, own, force = a.groups, a.groups.partial[first], a.nodes.force
-    if first == 0:
+    groups, own, force = a.groups, a.groups.partial[thread], a.nodes.force
+    if thread == 0:
         a.counters[arrays.GOES] = 1 if a.counters[arrays.LEFT] > 0 and a.counters[arrays.TO_SEARCH] > 0 else 0
     for g in range(groups.first.size - 1):
         x = y = z = 0.0
-        for m in range(groups.first[g] + first, groups.first[g + 1], every):
+        for m in range(groups.first[g] + thread, groups.first[g + 1], groups.partial.shape[0]):
             n = 3 * groups.members[m]
             x += force[n]
             y += force[n + 1]
@@ -299,12 +281,10 @@ def advance_groups(dt, g):
 
 
 @thread
-def impose_groups(first, every, a):
-    """Velocities of groups onto their members."""
-    groups = a.groups
-    for m in range(first, groups.members.size, every):
-        g = 0
-        while m >= groups.first[g + 1]:
-            g += 1
-        for c in range(3):
-            a.nodes.v[3 * groups.members[m] + c] = groups.motion[g, arrays.VELOCITY, c]
+def impose_group(m, a):
+    """Velocity of its group onto member m."""
+    groups, g = a.groups, 0
+    while m >= groups.first[g + 1]:
+        g += 1
+    for c in range(3):
+        a.nodes.v[3 * groups.members[m] + c] = groups.motion[g, arrays.VELOCITY, c]

@@ -91,28 +91,25 @@ class Launches:
     """What a step launches, one after another on one stream; recorded once and started as one (a CUDA graph), where the
     driver can. Arguments are the same every time: what changes from step to step lies on the card."""
 
-    records = True  # until a recording fails
+    records = not SIMULATED  # until a recording fails
 
     def __init__(self, launch: Callable[[Any], None]):
-        self.launch = launch
-        self.graph: Graph | None = None
+        self.launch, self.warm = launch, False
+        self.graph: Callable[[], None] | None = None
         self.stream: Any = None if SIMULATED else cuda.stream()
-        self.warm = False
 
     def start(self) -> None:
         """Start a step. The first is launched one by one, which compiles; the second is recorded."""
-        if self.graph is not None:
-            _checked(self.graph.launch(self.stream))
-            return
-        if self.warm and not SIMULATED and Launches.records:
+        if self.warm and self.graph is None and Launches.records:
             try:
-                self.graph = Graph.recorded(self.stream, self.launch)
-                _checked(self.graph.launch(self.stream))
-                return
+                self.graph = recorded(self.stream, self.launch)
             except Exception as error:  # of whatever kind: launched one by one they are as right, and slower
-                Launches.records, self.graph, self.stream = False, None, cuda.stream()
+                Launches.records, self.stream = False, cuda.stream()
                 warnings.warn(f"steps are launched kernel by kernel: {error}", RuntimeWarning, stacklevel=2)
-        self.launch(self.stream)
+        if self.graph is None:
+            self.launch(self.stream)
+        else:
+            self.graph()
         self.warm = True
 
     def wait(self) -> None:
@@ -121,36 +118,19 @@ class Launches:
             self.stream.synchronize()
 
 
-def _checked(answer: tuple) -> None:
-    if int(answer[0]) != 0:
-        raise RuntimeError(f"the card refused a step: {answer[0]}")
+def recorded(stream: Any, launch: Callable[[Any], None]) -> Callable[[], None]:
+    """Starts what is launched on this stream, a recorded CUDA graph by cuda-python's driver interface. Errors:
+    ImportError without cuda-python, RuntimeError where the driver refuses."""
+    from cuda.bindings import driver
 
+    def checked(answer: tuple) -> Any:
+        if int(answer[0]) != 0:
+            raise RuntimeError(f"the card refused a step: {answer[0]}")
+        return answer[-1]
 
-class Graph:
-    """A recorded CUDA graph, by cuda-python's driver interface."""
-
-    def __init__(self, driver: Any, executable: Any):
-        self.driver, self.executable = driver, executable
-
-    @classmethod
-    def recorded(cls, stream: Any, launch: Callable[[Any], None]) -> Graph:
-        """The launches as a graph. Errors: ImportError without cuda-python, RuntimeError where the driver refuses."""
-        from cuda.bindings import driver
-
-        handle = cls._handle(driver, stream)
-        mode = driver.CUstreamCaptureMode.CU_STREAM_CAPTURE_MODE_THREAD_LOCAL
-        _checked(driver.cuStreamBeginCapture(handle, mode))
-        launch(stream)
-        error, graph = driver.cuStreamEndCapture(handle)
-        _checked((error,))
-        error, executable = driver.cuGraphInstantiate(graph, 0)
-        _checked((error,))
-        return cls(driver, executable)
-
-    @staticmethod
-    def _handle(driver: Any, stream: Any) -> Any:
-        value = stream.handle
-        return driver.CUstream(int(getattr(value, "value", value)))
-
-    def launch(self, stream: Any) -> tuple:
-        return self.driver.cuGraphLaunch(self.executable, self._handle(self.driver, stream))
+    handle = driver.CUstream(int(getattr(stream.handle, "value", stream.handle)))
+    mode = driver.CUstreamCaptureMode.CU_STREAM_CAPTURE_MODE_THREAD_LOCAL
+    checked(driver.cuStreamBeginCapture(handle, mode))
+    launch(stream)
+    graph = checked(driver.cuGraphInstantiate(checked(driver.cuStreamEndCapture(handle)), 0))
+    return lambda: checked(driver.cuGraphLaunch(graph, handle))

@@ -7,8 +7,8 @@ from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
 # on the card, beside state and back stresses: of an element nodes 32, forces 192, their places 64, works and volume 32;
-# of a node, of which there are about as many, 160; by counting the arrays of rail_fem.fe.card.arrays
-BYTES_PER_CELL = 480.0
+# of a node, of which there are about as many, 179; by counting the arrays of rail_fem.fe.card.on_card
+BYTES_PER_CELL = 499.0
 CONTEXT = 0.5e9  # what the driver takes of each process [B]: from memory, not measured
 
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from rail_fem.fe.blocks import ElementBlocks
 from rail_fem.fe.card import arrays, kernels
-from rail_fem.fe.card.arrays import CardContact, CardElements, CardGroups, CardNodes, CardSmallElements, CardStep
-from rail_fem.fe.card.device import SIMULATED, Launches, down, put, up
-from rail_fem.fe.contact.pairs import NodalForces, Nodes, Pairs
+from rail_fem.fe.card.arrays import together
+from rail_fem.fe.card.device import Launches, down, put, up
+from rail_fem.fe.contact.pairs import Pairs
 from rail_fem.fe.contact.projection import PROJECTION
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.elastic import fixed_geometry
@@ -22,19 +22,17 @@ from rail_fem.fe.plasticity import MaterialTable
 from rail_fem.fe.recorder import Recorder
 from rail_fem.fe.state import CYCLIC, LANES, LAW, N_WORK
 
-BLOCKS = 1 if SIMULATED else 16384  # at most
-THREADS_OF_ONE = 4 if SIMULATED else 512  # of a kernel that is one block
 # what a step changes of each part, and somebody reads
-CHANGED: dict[type, tuple[str, ...]] = {
-    CardNodes: ("x", "v", "force", "power", "pushed"),
-    CardElements: ("state", "back", "work", "volume"),
-    CardGroups: ("motion", "load_work", "links"),
-    CardContact: ("step", "motion", "since"),
-    Pairs: ("facets", "where", "gap", "normal", "weight", "pressure", "active", "ahead"),
-    Nodes: ("position", "before"),
-    NodalForces: ("tributary_area", "normal_force", "force", "pressure_at", "slip"),
+CHANGED = {
+    "Nodes": ("position", "before"),
+    "NodalForces": ("tributary_area", "normal_force", "force", "pressure_at", "slip"),
+    "Pairs": ("facets", "where", "gap", "normal", "weight", "pressure", "active", "ahead"),
+    "CardNodes": ("x", "v", "force", "works", "pushed"),
+    "CardElements": ("state", "back", "work", "volume"),
+    "CardGroups": ("motion", "load_work", "links"),
+    "CardContact": ("step", "motion", "since"),
 }
-SUMMED = ("power", "pushed", "work", "since")  # of these, what begins at 0 again when it was read
+SUMMED = ("works", "pushed", "work", "since")  # of these, what begins at 0 again when it was read
 OF_GROUP, OF_LINK = ("velocity", "displacement", "reaction"), ("stiffness", "damping", "natural_length", "rate")
 
 
@@ -43,7 +41,7 @@ def fetch(there: Any, here: Any) -> None:
     for name, theirs, ours in zip(here._fields, there, here):
         if isinstance(ours, tuple):
             fetch(theirs, ours)
-        elif name in CHANGED.get(type(here), ()):
+        elif name in CHANGED.get(type(here).__name__, ()):
             down(theirs, ours)
             if name in SUMMED:
                 put(np.zeros(ours.shape), theirs)
@@ -62,7 +60,7 @@ def parted(both: Pairs, rail: Pairs, wheel: Pairs) -> None:
     """What steps have changed of `joined` pairs, back into those of each surface."""
     k, on_wheel = len(rail.slaves), both.facets >= len(rail.quads)
     both.facets[on_wheel] -= len(rail.quads)
-    for name in CHANGED[Pairs]:
+    for name in CHANGED["Pairs"]:
         getattr(rail, name)[:], getattr(wheel, name)[:] = getattr(both, name)[:k], getattr(both, name)[k:]
 
 
@@ -90,8 +88,8 @@ def around(quads: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 
 class OnCard:
-    """The steps of a `Dynamics` with a contact on the card. region : (n_rail,) body of each surface node of the rail.
-    Errors: ValueError for what the card does not take.
+    """The steps of a `Dynamics` with a contact on the card, of what rail_fem.fe.card.fits lets through. region :
+    (n_rail,) body of each surface node of the rail
 
     Attributes: stale : what is here is newer than the card's, which takes it before the next step
     """
@@ -100,55 +98,68 @@ class OnCard:
         self.dynamics, self.region, self.stale = dynamics, region, True
         s = dynamics.structure
         domain, table = s.domain, s.table
-        known = dynamics.window, dynamics.supports, dynamics.contact
-        lacks = {
-            f"{domain.comm.size} ranks: one drives it": domain.comm.size > 1,
-            "a body without contact": dynamics.contact is None,
-            "damping by mass": dynamics.mass_damping > 0,
-            "held directions": len(dynamics.held) > 0,
-            "what holds a wheelset across the track": bool(dynamics.supports.guides),
-            "a group on an elastic body": any(group.size for group in dynamics.supports.groups),
-            "bearers, or another part of the dynamics": any(part not in known for part in dynamics.parts),
-        }
-        if found := [what for what, there in lacks.items() if there]:
-            raise ValueError(f'device = "cuda" does not take {"; ".join(found)}: take device = "cpu"')
-        cells, kind = domain.cells[s.small_cells], domain.region[s.small_cells]
-        small = ElementBlocks(cells, kind, table, stateless=True)
+        small = ElementBlocks(domain.cells[s.small_cells], domain.region[s.small_cells], table, stateless=True)
         own = small.nodes, small.filled, small.material_of
         geometry, _ = fixed_geometry(domain.reference, *own, table.rows)
         blocks = [(s.finite.nodes, s.finite.filled), own[:2]]
         # what no step and no window changes goes there once
-        self.small = up(CardSmallElements(small.nodes, small.material_of, geometry))
+        self.small = up(together("CardSmall", nodes=own[0], material_of=own[2], geometry=geometry))
         self.steels: MaterialTable = up(table)
-        self.incidence = tuple(map(up, incidence(blocks, domain.n_nodes)))
-        self.finite = tuple(map(up, (s.finite.nodes, s.finite.filled, s.finite.material_of)))
+        self.incidence = dict(zip(("first", "places"), map(up, incidence(blocks, domain.n_nodes))))
+        self.finite = {name: up(getattr(s.finite, name)) for name in ("nodes", "filled", "material_of")}
         self.n_forces = 24 * LANES * sum(len(filled) for _, filled in blocks)
         self.launches: Launches | None = None
         cycles = bool((table.rows[:, LAW] == CYCLIC).any())
         elements = kernels.of_elements(s.finite.points > 1, table.back_stresses if cycles else None)
-        self.force = ((elements, lambda a: LANES * len(a.elements.computed)), *kernels.FORCE)
+        self.force = elements, *kernels.FORCE
 
     # ---- to the card and back
 
     def push(self, dt: float) -> None:
         """All that a step of dt [s] reads, as it is here now."""
         d, s = self.dynamics, self.dynamics.structure
-        n, touched = d.domain.n_nodes, np.zeros(d.domain.n_nodes, bool)
-        for first, last in d.runs.astype(np.int64) // 3:
-            touched[first:last] = True
-        displaced = s.x - d.domain.reference + s.damping * s.v
-        vectors = s.x, s.v, s.force, d.domain.reference, d.inverse_mass, displaced
-        nodes = CardNodes(*vectors, np.flatnonzero(touched), np.zeros(n), np.zeros(n), *self.incidence)
-        computed = np.concatenate([np.empty(0, np.int64), *(np.arange(*active) for active in s.active)])
-        lanes = LANES * len(s.finite.filled)
-        state: tuple = (s.finite.state, s.finite.back, computed, np.zeros(N_WORK * lanes), np.ones(lanes))
-        of_bodies = nodes, CardElements(*self.finite, *state), self.small, self.steels, self._groups_here()
-        counters = np.zeros(3, np.int64)
-        self.here = CardStep(dt, s.damping, *of_bodies, self._contact_here(), np.zeros(self.n_forces), counters)
+        n, lanes = d.domain.n_nodes, LANES * len(s.finite.filled)
+        nodes = together(
+            "CardNodes",  # (3 n,), but for those that say
+            x=s.x,
+            v=s.v,
+            force=s.force,
+            reference=d.domain.reference,
+            inverse_mass=d.inverse_mass,
+            displaced=s.x - d.domain.reference + s.damping * s.v,  # for small-displacement elements
+            moved=np.flatnonzero(d.touched),  # (k,) nodes that a step computes
+            marks=d.marks,
+            works=np.zeros((n, 3)),  # see rail_fem.fe.node_kernels.kick; since they were last read [J]
+            pushed=np.zeros(n),  # work of contact on the body since it was last read [J]
+            **self.incidence,  # (n+1,), (m,) where the nodal forces of each node's elements stand
+        )
+        elements = together(
+            "CardElements",  # finite-strain blocks, as rail_fem.fe.hexahedron.update_elements has them
+            **self.finite,
+            state=s.finite.state,
+            back=s.finite.back,
+            computed=np.concatenate([np.empty(0, np.int64), *(np.arange(*active) for active in s.active)]),  # blocks
+            work=np.zeros(N_WORK * lanes),  # since it was last read [J]
+            volume=np.ones(lanes),  # [m3]
+        )
+        self.here = together(
+            "CardStep",
+            dt=dt,
+            damping=s.damping,
+            nodes=nodes,
+            elements=elements,
+            small=self.small,  # geometry of rail_fem.fe.elastic.fixed_geometry
+            steels=self.steels,
+            groups=self._groups_here(),
+            contact=self._contact_here(),
+            forces=np.zeros(self.n_forces),  # of all elements, the finite-strain ones' first (blocks*24*LANES,) [N]
+            counters=np.zeros(3, np.int64),
+        )
         self.there = up(self.here)
         self.stale, self.launches = False, None
 
-    def _groups_here(self) -> CardGroups:
+    def _groups_here(self) -> Any:
+        """Rigid groups and links between them, as rail_fem.fe.supports has them: replicated there, on the card here."""
         s = self.dynamics.supports
         number = {id(group): k for k, group in enumerate(s.groups)}
         motion = np.full((len(number), 5, 3), np.inf)
@@ -157,18 +168,21 @@ class OnCard:
             heavy = group.mass + np.array([0.0, group.lateral_mass, 0.0])
             own[arrays.MASS] = np.where(np.array(group.free) & (group.mass > 0), heavy, np.inf)
         links = [[*(getattr(link, name) for name in OF_LINK), link.dissipated, 0.0] for link in s.links]
-        return CardGroups(
-            s.members,
-            s.first_member,
-            np.zeros((THREADS_OF_ONE, 3 * len(number))),
-            motion,
-            np.array([group.load_work for group in s.groups]),
-            np.zeros(len(number)),
-            np.array([[number.get(id(end), -1) for end in (k.a, k.b)] for k in s.links], np.int64).reshape(-1, 2),
-            np.array(links, float).reshape(-1, 6),
+        ends = [[number.get(id(end), -1) for end in (link.a, link.b)] for link in s.links]
+        return together(
+            "CardGroups",
+            members=s.members,  # nodes of each group, from first on
+            first=s.first_member,
+            partial=np.zeros((kernels.THREADS_OF_ONE, 3 * len(number))),  # sums of the threads [N]
+            motion=motion,  # (g, 5, 3), see arrays.VELOCITY
+            load_work=np.array([group.load_work for group in s.groups]),
+            upwards=np.zeros(len(number)),  # buffer
+            ends=np.array(ends, np.int64).reshape(-1, 2),  # groups of each link, -1 the ground
+            links=np.array(links, float).reshape(-1, 6),  # see arrays.STIFFNESS
         )
 
-    def _contact_here(self) -> CardContact:
+    def _contact_here(self) -> Any:
+        """All of a contact: n surface nodes, k pairs, those of the rail's nodes first."""
         c = self.dynamics.contact
         surfaces, wheel, pairs = c.surfaces, c.wheel, joined(*c.pairs)
         n, k = surfaces.n, len(pairs.slaves)
@@ -176,30 +190,34 @@ class OnCard:
         pair_of[pairs.slaves] = np.arange(k)
         local[surfaces.here] = surfaces.local
         inertia = np.inf if wheel.inertia is None else wheel.inertia
-        return CardContact(
-            pairs,
-            c.nodes,
-            c.law,
-            c.found,
-            c.sliding,
-            len(c.pairs[0].slaves),
-            *around(pairs.quads, n),
-            pair_of,
-            np.full(len(pairs.quads), -1, np.int64),
-            np.full(k, -1, np.int64),
-            np.zeros((k, 4)),
-            np.zeros((n, 4)),
-            np.zeros((k, 4)),
-            np.zeros((k, PROJECTION)),
-            c.watched,
-            local,
-            self.region,
-            np.zeros((THREADS_OF_ONE, 7, 3)),
-            np.zeros((THREADS_OF_ONE, arrays.N_COLUMNS)),
-            c.sums,
-            np.array([wheel.offset, wheel.spin, wheel.speed, inertia, wheel.yaw], float),
-            np.zeros(arrays.ROTATION + 1),
-            np.zeros((n, 6)),
+        first, facet, corner = around(pairs.quads, n)
+        return together(
+            "CardContact",
+            pairs=pairs,  # over facets of both surfaces
+            nodes=c.nodes,
+            law=c.law,
+            found=c.found,
+            sliding=c.sliding,
+            split=len(c.pairs[0].slaves),  # pairs of the rail's nodes
+            first=first,  # (n+1,) from where on the facets around each node stand, and its corner there
+            facet=facet,
+            corner=corner,
+            pair_of=pair_of,  # (n,) the pair whose slave a node is, -1 none
+            head=np.full(len(pairs.quads), -1, np.int64),  # the first of the pairs over each facet, -1 the end
+            after=np.full(k, -1, np.int64),  # and the one after each
+            given=np.zeros((k, 4)),  # what pairs give to nodes, an amount and a vector
+            push=np.zeros((n, 4)),  # what nodes have of that
+            state=np.zeros((k, 4)),  # as in rail_fem.fe.contact.pressure.take_active
+            rows=np.zeros((k, PROJECTION)),
+            watched=c.watched,
+            local=local,  # (n,) their nodes
+            region=self.region,
+            room=np.zeros((kernels.THREADS_OF_ONE, 7, 3)),
+            sums=np.zeros((kernels.THREADS_OF_ONE, arrays.N_COLUMNS)),
+            step=c.sums,  # of the last step
+            motion=np.array([wheel.offset, wheel.spin, wheel.speed, inertia, wheel.yaw], float),
+            since=np.zeros(arrays.ROTATION + 1),  # see arrays.FRICTION
+            surface=np.zeros((n, 6)),  # positions and velocities for a search
         )
 
     def pull(self) -> None:
@@ -211,8 +229,7 @@ class OnCard:
         s.block_work += (own.work.reshape(-1, N_WORK, LANES) * real[:, None]).sum(axis=2)
         volume = own.volume.reshape(-1, LANES)[own.computed]
         s.smallest_volume = volume[real[own.computed]].min(initial=np.inf)
-        small = s.on_small.astype(bool)
-        s.works[:2] += nodes.power[~small].sum(), nodes.power[small].sum()
+        s.works += nodes.works.sum(axis=0)
         d.contact.work += float(nodes.pushed.sum())
 
     def _pull_motion(self, recorder: Recorder, steps: int) -> None:
@@ -267,16 +284,12 @@ class OnCard:
         self.there, self.launches = self.there._replace(contact=up(self.here.contact)), None
 
     def _steps_without_slabs(self, dt: float, most: int) -> int:
-        """Steps before the next one in which slabs enter or leave, `most` at most."""
+        """Steps before the next one in which slabs may enter or leave, `most` at most."""
         w, wheel = self.dynamics.window, self.dynamics.contact.wheel
         if w is None:
             return most
-        offset = wheel.offset
-        for k in range(most):
-            offset += dt * wheel.speed
-            if abs(offset) >= w.quiet_until:
-                return k
-        return most
+        ahead = (w.quiet_until - abs(wheel.offset)) / (dt * abs(wheel.speed)) - 1.0  # less one, for round-off
+        return int(min(most, max(ahead, 0.0)))
 
     def _make(self, dt: float, count: int, recorder: Recorder) -> int:
         """Up to so many steps, up to the next search; returns how many."""
@@ -321,8 +334,5 @@ class OnCard:
         return made
 
     def _launch(self, parts: tuple, stream: Any = None) -> None:
-        for kernel, count in parts:
-            blocks = 1 if count is None else min(BLOCKS, -(-count(self.here) // kernels.THREADS))
-            grid = blocks, THREADS_OF_ONE if count is None else kernels.THREADS
-            if blocks:
-                kernel[grid if stream is None else (*grid, stream)](self.there)
+        for part in parts:
+            part(self.here, self.there, stream)
