@@ -16,7 +16,6 @@ N_COLUMNS = N_SUMS + 10
 OFFSET, SPIN, SPEED, INERTIA, YAW = range(5)  # of the wheel's motion [m, rad/s, m/s, kg m2, rad]; inertia inf: held
 # since they were last read: forces and moments as in the sums, works of friction, of towing and driving, of rotation
 FRICTION, TOWING, ROTATION = range(LOST - FORCES, LOST - FORCES + 3)
-VELOCITY, DISPLACEMENT, REACTION, LOAD, MASS = range(5)  # of a group, mass inf where a direction does not move
 STIFFNESS, DAMPING, LENGTH, RATE, DISSIPATED, BEFORE = range(6)  # of a link, the last its rate before the step
 
 

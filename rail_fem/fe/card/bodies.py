@@ -245,10 +245,10 @@ def fold(row, half, partial):
 
 
 @thread
-def stretch(g, k, what):
-    """Of link k: the difference of what (VELOCITY, DISPLACEMENT) its ends have upwards."""
-    own = g.motion[g.ends[k, 0], what, 2]
-    return own - g.motion[g.ends[k, 1], what, 2] if g.ends[k, 1] >= 0 else own
+def stretch(g, k, along):
+    """Of link k: the difference of what (g, 3) its ends have upwards."""
+    own = along[g.ends[k, 0], 2]
+    return own - along[g.ends[k, 1], 2] if g.ends[k, 1] >= 0 else own
 
 
 @thread
@@ -259,25 +259,25 @@ def advance_groups(dt, g):
         g.upwards[i] = 0.0
     for k in range(g.ends.shape[0]):
         link = g.links[k]
-        link[arrays.BEFORE] = stretch(g, k, arrays.VELOCITY)
-        longer = stretch(g, k, arrays.DISPLACEMENT) - link[arrays.LENGTH]
+        link[arrays.BEFORE] = stretch(g, k, g.velocity)
+        longer = stretch(g, k, g.displacement) - link[arrays.LENGTH]
         force = -link[arrays.STIFFNESS] * longer - link[arrays.DAMPING] * (link[arrays.BEFORE] - link[arrays.RATE])
         g.upwards[g.ends[k, 0]] += force
         if g.ends[k, 1] >= 0:
             g.upwards[g.ends[k, 1]] -= force
     for i in range(g.upwards.size):
         for c in range(3):
-            old, load, mass = g.motion[i, arrays.VELOCITY, c], g.motion[i, arrays.LOAD, c], g.motion[i, arrays.MASS, c]
-            g.motion[i, arrays.REACTION, c] = g.partial[0, 3 * i + c]
+            old, load, mass = g.velocity[i, c], g.load[i, c], g.mass[i, c]
+            g.reaction[i, c] = g.partial[0, 3 * i + c]
             if mass < np.inf:
-                new = old + dt / mass * (g.motion[i, arrays.REACTION, c] + load + (g.upwards[i] if c == 2 else 0.0))
-                g.motion[i, arrays.VELOCITY, c] = new
+                new = old + dt / mass * (g.reaction[i, c] + load + (g.upwards[i] if c == 2 else 0.0))
+                g.velocity[i, c] = new
                 g.load_work[i] += dt * load * 0.5 * (new + old)
-            g.motion[i, arrays.DISPLACEMENT, c] += dt * g.motion[i, arrays.VELOCITY, c]
+            g.displacement[i, c] += dt * g.velocity[i, c]
     for k in range(g.ends.shape[0]):
         link = g.links[k]
         damper = -link[arrays.DAMPING] * (link[arrays.BEFORE] - link[arrays.RATE])
-        link[arrays.DISSIPATED] -= dt * damper * 0.5 * (link[arrays.BEFORE] + stretch(g, k, arrays.VELOCITY))
+        link[arrays.DISSIPATED] -= dt * damper * 0.5 * (link[arrays.BEFORE] + stretch(g, k, g.velocity))
 
 
 @thread
@@ -287,4 +287,4 @@ def impose_group(m, a):
     while m >= groups.first[g + 1]:
         g += 1
     for c in range(3):
-        a.nodes.v[3 * groups.members[m] + c] = groups.motion[g, arrays.VELOCITY, c]
+        a.nodes.v[3 * groups.members[m] + c] = groups.velocity[g, c]

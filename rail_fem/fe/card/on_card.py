@@ -21,6 +21,7 @@ from rail_fem.fe.elastic import fixed_geometry
 from rail_fem.fe.plasticity import MaterialTable
 from rail_fem.fe.recorder import Recorder
 from rail_fem.fe.state import CYCLIC, LANES, LAW, N_WORK
+from rail_fem.fe.supports import Supports
 
 # what a step changes of each part, and somebody reads
 CHANGED = {
@@ -29,11 +30,11 @@ CHANGED = {
     "Pairs": ("facets", "where", "gap", "normal", "weight", "pressure", "active", "ahead"),
     "CardNodes": ("x", "v", "force", "works", "pushed"),
     "CardElements": ("state", "back", "work", "volume"),
-    "CardGroups": ("motion", "load_work", "links"),
+    "CardGroups": (*Supports.ROWS, "load_work", "links"),
     "CardContact": ("step", "motion", "since"),
 }
 SUMMED = ("works", "pushed", "work", "since")  # of these, what begins at 0 again when it was read
-OF_GROUP, OF_LINK = ("velocity", "displacement", "reaction"), ("stiffness", "damping", "natural_length", "rate")
+OF_LINK = "stiffness", "damping", "natural_length", "rate"
 
 
 def fetch(there: Any, here: Any) -> None:
@@ -162,11 +163,8 @@ class OnCard:
         """Rigid groups and links between them, as rail_fem.fe.supports has them: replicated there, on the card here."""
         s = self.dynamics.supports
         number = {id(group): k for k, group in enumerate(s.groups)}
-        motion = np.full((len(number), 5, 3), np.inf)
-        for own, group in zip(motion, s.groups):
-            own[: arrays.MASS] = *(getattr(group, name) for name in OF_GROUP), group.load
-            heavy = group.mass + np.array([0.0, group.lateral_mass, 0.0])
-            own[arrays.MASS] = np.where(np.array(group.free) & (group.mass > 0), heavy, np.inf)
+        heavy = [group.mass + np.array([0.0, group.lateral_mass, 0.0]) for group in s.groups]
+        moves = [np.array(group.free) & (group.mass > 0) for group in s.groups]
         links = [[*(getattr(link, name) for name in OF_LINK), link.dissipated, 0.0] for link in s.links]
         ends = [[number.get(id(end), -1) for end in (link.a, link.b)] for link in s.links]
         return together(
@@ -174,7 +172,9 @@ class OnCard:
             members=s.members,  # nodes of each group, from first on
             first=s.first_member,
             partial=np.zeros((kernels.THREADS_OF_ONE, 3 * len(number))),  # sums of the threads [N]
-            motion=motion,  # (g, 5, 3), see arrays.VELOCITY
+            **{name: getattr(s, name) for name in s.ROWS},  # (g, 3), as load and mass
+            load=np.array([group.load for group in s.groups]).reshape(-1, 3),
+            mass=np.where(moves, heavy, np.inf).reshape(-1, 3),  # inf where a direction does not move
             load_work=np.array([group.load_work for group in s.groups]),
             upwards=np.zeros(len(number)),  # buffer
             ends=np.array(ends, np.int64).reshape(-1, 2),  # groups of each link, -1 the ground
@@ -246,10 +246,8 @@ class OnCard:
         recorder.total += t.since[:5]
         recorder.moment += t.since[5 : arrays.FRICTION]
         recorder.steps += steps
-        for group, own, work in zip(s.groups, g.motion, g.load_work):
+        for group, work in zip(s.groups, g.load_work):
             group.load_work = float(work)
-            for name, values in zip(OF_GROUP, own):
-                getattr(group, name)[:] = values
         for link, own in zip(s.links, g.links):
             link.dissipated = float(own[arrays.DISSIPATED])
 
