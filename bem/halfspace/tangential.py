@@ -425,20 +425,13 @@ def _estimate(
     if min(box[0].stop - box[0].start, box[1].stop - box[1].start) < 2 * _COARSEST_CELLS:
         return error
     given = any(value is not None for value in problem.force)
-    found, level = (
-        [fine.rigid if given else fine.traction.sum(axis=(1, 2))],
-        turned if own_pressure else replace(turned, gap=None),
-    )
+    quantity = lambda solution: solution.rigid if given else solution.traction.sum(axis=(1, 2))
+    found, level = [quantity(fine)], turned if own_pressure else replace(turned, gap=None)
     for _ in range(2):
         level = _coarsened(level, pair)
-        solution = _tangential(
-            level, pair, None if pair.coupling == 0 else CouplingOperator(level.grid, pair), None, tolerance
-        )
-        found.append(
-            solution.rigid
-            if given
-            else solution.traction.sum(axis=(1, 2)) * level.grid.cell_area / turned.grid.cell_area
-        )
+        coupling = None if pair.coupling == 0 else CouplingOperator(level.grid, pair)
+        share = 1.0 if given else level.grid.cell_area / turned.grid.cell_area
+        found.append(quantity(_tangential(level, pair, coupling, None, tolerance)) * share)
     of_cells, doubled, fourfold = found
     bound = (
         _SHARE_ROLLING * error_bound(of_cells, doubled, fourfold, 1, edge_share(turned.pressure, FORCE_STAIRS))

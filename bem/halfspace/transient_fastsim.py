@@ -94,11 +94,8 @@ def transient(
     x, y = (start + size * (np.arange(count) + 0.5) for start, size, count in zip(low, cell, counts, strict=True))
     out = Rolled(np.zeros((len(load), 2)), np.zeros(len(load)), np.zeros(len(load)))
     rates = np.zeros((len(load), 9))  # as of fastsim's march, about the centre
-    rates[:, :3], rates[:, 3:6], rates[:, 8] = (
-        history.creepage / flexibility,
-        history.creepage / sliding[:, None],
-        sliding,
-    )
+    rates[:, :3], rates[:, 3:6] = history.creepage / flexibility, history.creepage / sliding[:, None]
+    rates[:, 8] = sliding
     top = load / (np.pi * semi.prod(axis=1))
     _roll(history.centre, semi, x, y, _Steps(top, friction, rates, keeps, step), law, out)
     return out
@@ -122,10 +119,8 @@ def _check(history: EllipseHistory, friction: float, step: float, cell: tuple[fl
         raise ContactInputError(f"friction {friction!r}: give a finite number of 0 or more")
     if not (step > 0 and min(cell) > 0 and np.isfinite([step, *cell]).all()):
         raise ContactInputError(f"step {step!r} m, cell {cell!r} m: give finite numbers above 0")
-    good = np.isfinite(history.centre).all(axis=1) & (history.semi > 0).all(axis=1) & (history.load >= 0)
-    good &= (
-        np.isfinite(history.semi).all(axis=1) & np.isfinite(history.creepage).all(axis=1) & np.isfinite(history.load)
-    )
+    rows = np.column_stack([history.centre, history.semi, history.creepage, history.load])
+    good = np.isfinite(rows).all(axis=1) & (history.semi > 0).all(axis=1) & (history.load >= 0)
     if not (len(good) and good.all()):
         raise ContactInputError(
             f"history of {len(good)} steps, {int((~good).sum())} of them no ellipses: give finite numbers, axes above"

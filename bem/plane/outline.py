@@ -205,13 +205,5 @@ def block_behind(profile: np.ndarray, level: float) -> Outline:
             f"held edge at {level:g} m lies within the profile's heights {low:g} to {high:g} m: move it away"
         )
     first, last = (profile[0, 0], level), (profile[-1, 0], level)
-    return Outline(
-        [
-            [
-                Edge(profile, "face"),
-                Edge(np.array([profile[-1], last]), "side"),
-                Edge(np.array([last, first]), "held"),
-                Edge(np.array([first, profile[0]]), "side"),
-            ]
-        ]
-    )
+    corners = [("side", profile[-1], last), ("held", last, first), ("side", first, profile[0])]
+    return Outline([[Edge(profile, "face"), *(Edge(np.array([a, b]), name) for name, a, b in corners)]])

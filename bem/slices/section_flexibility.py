@@ -72,10 +72,8 @@ class Flexibility:
 
     def _below_least(self) -> np.ndarray:
         """Integral of the correction over wavenumbers from 0 to the least, for a correction linear in ln k."""
-        low, slope = (
-            np.log(self.wavenumbers[0]),
-            (self.correction[1] - self.correction[0]) / np.log(self.wavenumbers[1] / self.wavenumbers[0]),
-        )
+        low = np.log(self.wavenumbers[0])
+        slope = (self.correction[1] - self.correction[0]) / np.log(self.wavenumbers[1] / self.wavenumbers[0])
         return self.wavenumbers[0] * (self.correction[0] + slope * (low - 1) - slope * low)
 
     def _quadrature(self, length: float) -> tuple[np.ndarray, np.ndarray]:
@@ -189,10 +187,7 @@ class _Straightened:
         chain = _in_order(mesh, e)
         begin[chain] = np.r_[0.0, np.cumsum(lengths[chain])[:-1]]
         self.start, self.end = begin[e], begin[e] + lengths[e]
-        self.first, self.last = (
-            np.where(column[mesh.first[e]] < 0, m, column[mesh.first[e]]),
-            np.where(column[mesh.last[e]] < 0, m, column[mesh.last[e]]),
-        )
+        self.first, self.last = (np.where(column[hat[e]] < 0, m, column[hat[e]]) for hat in (mesh.first, mesh.last))
         self.positions = np.empty(m + 1)
         middle = {True: 0.25, False: 0.0}
         for element, at, first, last in zip(e, self.start, self.first, self.last):

@@ -149,10 +149,8 @@ def plane_case(draw: np.random.Generator) -> list[EstimateRow]:
     first = np.exp(draw.uniform(np.log(0.03), np.log(0.3)))
     second = -1.15 * first if draw.random() < 0.3 else np.exp(draw.uniform(np.log(0.03), np.log(0.3)))
     bodies = Body(block_behind(_arc(-second, 0.015), -0.03), STEEL), Body(block_behind(_arc(first, 0.015), 0.03), STEEL)
-    control, accuracy = (
-        Control.of(force=(None, -float(np.exp(draw.uniform(np.log(5e5), np.log(5e6)))))),
-        draw.uniform(0.005, 0.03),
-    )
+    control = Control.of(force=(None, -float(np.exp(draw.uniform(np.log(5e5), np.log(5e6))))))
+    accuracy = draw.uniform(0.005, 0.03)
     found, true = (
         solve_contact(*bodies, control, settings=Settings(accuracy=asked)).last.pressure.max()
         for asked in (accuracy, accuracy / 20)

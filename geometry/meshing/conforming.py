@@ -45,10 +45,8 @@ def _in_faces(points: np.ndarray, faces: np.ndarray, nodes: np.ndarray, tree: cK
     """Nodes in the middle nine tenths of other faces; nearer to their rims they are on edges or on other nodes."""
     corner = points[faces]
     centre = corner.mean(axis=1)
-    first, second = (
-        (corner[:, [1, 2]] - corner[:, [0, 3]]).mean(axis=1),
-        (corner[:, [2, 3]] - corner[:, [1, 0]]).mean(1),
-    )
+    first = (corner[:, [1, 2]] - corner[:, [0, 3]]).mean(axis=1)
+    second = (corner[:, [2, 3]] - corner[:, [1, 0]]).mean(axis=1)
     normal = np.cross(first, second)
     radius = np.linalg.norm(corner - centre[:, None], axis=2).max(axis=1)
     of, node = _candidates(tree, centre, radius, nodes)

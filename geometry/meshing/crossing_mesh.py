@@ -170,15 +170,9 @@ def body_stations(body: BodyMeshSpec, spec: CrossingMeshSpec) -> Stations:
     first, last = 3 * (ends[1] - ends[0]), 3 * (ends[2] - ends[0])
     fine = (design[first], design[last])
     least = LEAST_END * spec.element_size
-    line = graded_line(
-        body.x_range[0] if fine[0] - body.x_range[0] > least else fine[0],
-        body.x_range[1] if body.x_range[1] - fine[1] > least else fine[1],
-        fine,
-        spec.slab,
-        spec.growth,
-        body.coarse / 3,
-        multiple=3,
-    )
+    low = body.x_range[0] if fine[0] - body.x_range[0] > least else fine[0]
+    high = body.x_range[1] if body.x_range[1] - fine[1] > least else fine[1]
+    line = graded_line(low, high, fine, spec.slab, spec.growth, body.coarse / 3, multiple=3)
     return Stations(line[line < fine[0] - 1e-9], design, first, last, line[line > fine[1] + 1e-9])
 
 

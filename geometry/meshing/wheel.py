@@ -96,16 +96,8 @@ def check_wheel_bands(profile, radius: float, spec: WheelMeshSpec) -> None:
 
 def arc_stations(radius: float, spec: WheelMeshSpec) -> np.ndarray:
     """Arc lengths [m] along D0's circle of the planes between slabs: three slabs to a group, fine in the patch."""
-    reach = radius * spec.half_angle
-    return graded_line(
-        -reach,
-        reach,
-        (-spec.fine_half_length, spec.fine_half_length),
-        spec.slab,
-        spec.growth,
-        spec.coarse / 3,
-        multiple=3,
-    )
+    reach, fine = radius * spec.half_angle, (-spec.fine_half_length, spec.fine_half_length)
+    return graded_line(-reach, reach, fine, spec.slab, spec.growth, spec.coarse / 3, multiple=3)
 
 
 def check_wheel(radius: float, spec: WheelMeshSpec) -> None:

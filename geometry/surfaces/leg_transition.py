@@ -91,26 +91,16 @@ def feature_lengths(c: CrossingShape) -> tuple[np.ndarray, np.ndarray, np.ndarra
     on_rail, on_cast = lengths(rail), lengths(cast)
     tops = rail[:, 1] > FACE_TANGENT - 1e-9
     sides = [rail[tops][0, 0], rail[tops][-1, 0]]
-    marks = [
-        sides[0],
-        shift - RAIL_CORNER,
-        shift - RAIL_CROWN_LEFT,
-        shift + RAIL_CROWN_RIGHT,
-        shift + RAIL_CORNER,
-        sides[1],
-    ]
+    features = shift + np.array([-RAIL_CORNER, -RAIL_CROWN_LEFT, RAIL_CROWN_RIGHT, RAIL_CORNER])
+    marks = [sides[0], *features, sides[1]]
     rail_lengths = np.interp(marks, rail[:, 0], on_rail)
     corner_end = c.leg.centre_y - c.leg.radius * c.leg.slope / np.sqrt(1 + c.leg.slope**2)
     face_end = c.leg.centre_y - c.leg.radius / np.sqrt(1 + c.leg.face**2)
     plane_end = np.interp(c.leg.side_start, cast[:, 0], on_cast)
     shoulder_end = on_cast[-1] - (SHOULDER_DEPTH - cast[-1, 1])
     shoulder = plane_end + SHOULDER_SHARE * (shoulder_end - plane_end)
-    cast_lengths = [
-        *np.interp([face_end, corner_end, CAST_CROWN_LEFT], cast[:, 0], on_cast),
-        plane_end,
-        shoulder,
-        shoulder_end,
-    ]
+    ends = np.interp([face_end, corner_end, CAST_CROWN_LEFT], cast[:, 0], on_cast)
+    cast_lengths = [*ends, plane_end, shoulder, shoulder_end]
     return rail, cast, np.array([0.0, *rail_lengths, on_rail[-1]]), np.array([0.0, *cast_lengths, on_cast[-1]])
 
 

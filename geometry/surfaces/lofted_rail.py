@@ -314,11 +314,5 @@ def _cast_body(crossing: CastCrossing, body: str, x: np.ndarray, refined: int) -
     )
     secant = np.diff(at, axis=1) / np.diff(y, axis=1)
     wild = lambda slope, near: np.where(np.isfinite(slope), slope, near)
-    return LoftedBody(
-        x,
-        y,
-        at,
-        wild(after, np.append(secant, secant[:, -1:], 1)),
-        wild(before, np.append(secant[:, :1], secant, 1)),
-        body,
-    )
+    after, before = wild(after, np.append(secant, secant[:, -1:], 1)), wild(before, np.append(secant[:, :1], secant, 1))
+    return LoftedBody(x, y, at, after, before, body)

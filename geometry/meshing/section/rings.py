@@ -79,20 +79,9 @@ def add_triple_ring(parts: SectionParts, chain: np.ndarray) -> np.ndarray:
     inner = parts.at(chain)
     middle = parts.add_nodes(inner + RING_MIDDLE * (outer - inner))
     outer_chain = parts.add_chain(outer[::3], arcs)
-    group = 3 * np.arange((len(chain) - 1) // 3)
-    members = np.stack(
-        [
-            chain[group],
-            chain[group + 1],
-            chain[group + 2],
-            chain[group + 3],
-            middle[group + 1],
-            middle[group + 2],
-            outer_chain[:-1],
-            outer_chain[1:],
-        ],
-        axis=1,
-    )
+    group = 3 * np.arange((len(chain) - 1) // 3)[:, None]
+    outer_ends = np.column_stack([outer_chain[:-1], outer_chain[1:]])
+    members = np.hstack([chain[group + [0, 1, 2, 3]], middle[group + [1, 2]], outer_ends])
     deep, half = -RING_THICKNESS, -RING_MIDDLE * RING_THICKNESS
     ideal = size * np.array([[0, 0], [1, 0], [2, 0], [3, 0], [1, half], [2, half], [0, deep], [3, deep]])[TEMPLATE]
     parts.add_cells("fine", members[:, TEMPLATE].reshape(-1, 4), np.tile(ideal, (len(group), 1, 1)), SIZE_WEIGHT)

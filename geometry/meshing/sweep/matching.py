@@ -12,10 +12,8 @@ def feature_lengths(curves: list[SectionCurve]) -> tuple[np.ndarray, np.ndarray]
     A foot prolonged down to the base lies beyond the section's own indices, on the left below 0
     (mesh_curve.cut_at_base).
     """
-    first, last = (
-        min(0.0, np.floor(min(curve.index[0] for curve in curves))),
-        np.ceil(max(curve.index[-1] for curve in curves)),
-    )
+    first = min(0.0, np.floor(min(curve.index[0] for curve in curves)))
+    last = np.ceil(max(curve.index[-1] for curve in curves))
     index = np.arange(first, last + 1)
     return index, np.mean([np.interp(index, curve.index, curve.arc) for curve in curves], axis=0)
 

@@ -7,6 +7,7 @@ from geometry.profiles.formats.raw import RawProfile, collect, numbers, read_tex
 from geometry.profiles.profile import ProfileError
 
 NUMBER_ROW = re.compile(r"^\s*[+-]?\.?\d")
+SWITCHED_OFF = re.compile(r'^\s*"\s*[+-]?\.?\d')
 SECTION = re.compile(r"^\[Profile(\d+)(Info|Points)\]$", re.IGNORECASE)
 KEYED = re.compile(r"^\s*[A-Za-z]\w*\s*=")
 SHIFT = re.compile(r"^\s*([XY]Offset|Tilt)\s*=\s*([+-]?\d+\.?\d*)\s*$", re.IGNORECASE)
@@ -21,19 +22,13 @@ def read_miniprof(path: Path) -> RawProfile:
     """
     lines, notes = read_text(path)
     body = header_end(lines)
-    rows = [
-        (i, numbers(line.split()[:2], path, i))
-        for i, line in enumerate(lines[body:], body + 1)
-        if NUMBER_ROW.match(line)
-    ]
-    off = sum(bool(re.match(r'^\s*"\s*[+-]?\.?\d', line)) for line in lines[body:])
-    strange = [
-        i
-        for i, line in enumerate(lines[body:], body + 1)
-        if line.strip() and not NUMBER_ROW.match(line) and not line.lstrip().startswith('"')
-    ]
-    if strange:
-        raise ProfileError(f'{path}: line {strange[0]}: "{lines[strange[0] - 1].strip()[:40]}" is no point')
+    rows, off = [], 0
+    for i, line in enumerate(lines[body:], body + 1):
+        if NUMBER_ROW.match(line):
+            rows.append((i, numbers(line.split()[:2], path, i)))
+        elif line.strip() and not line.lstrip().startswith('"'):
+            raise ProfileError(f'{path}: line {i}: "{line.strip()[:40]}" is no point')
+        off += bool(SWITCHED_OFF.match(line))
     if off:
         notes.append(f"{off} point(s) switched off by a quotation mark left out")
     said = [int(m[1]) for line in lines[:body] if (m := re.match(r"XYPoints\s*=\s*(\d+)", line))]

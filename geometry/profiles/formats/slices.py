@@ -112,10 +112,8 @@ def in_metres(path: Path, sections: list[RawProfile], section_unit: float | None
                 f"{path}: its sections span {width:.4g} in the median; a rail is {1e3 * WIDTHS['rail'][0]:g} to"
                 f" {1e3 * WIDTHS['rail'][1]:g} mm wide: state the unit of the sections"
             )
-        section_unit, note = (
-            UNITS[fitting[0]],
-            (f"sections in {fitting[0]} by their width of {1e3 * width * UNITS[fitting[0]]:.4g} mm in the median",),
-        )
+        section_unit = UNITS[fitting[0]]
+        note = (f"sections in {fitting[0]} by their width of {1e3 * width * section_unit:.4g} mm in the median",)
     out = []
     for raw in sections:
         points = raw.points * (section_unit if raw.unit is None else raw.unit)
