@@ -144,7 +144,7 @@ def carried_beyond(
         if len(near) > 1 and np.abs(place[near, 0] - end).min() < spacing:
             last = near[np.argmin(np.abs(place[near, 0] - end))]
             slope = np.polyfit(place[near, 0] - place[last, 0], place[near, 1], 1)[0]
-            away = side * np.arange(spacing, np.abs(edge - end) + 1e-9, spacing)
+            away = side * np.arange(spacing, np.abs(edge - end) - spacing / 2, spacing)
             of.append(np.full(len(away), last))
             out.append(place[last] + away[:, None] * np.array([1.0, slope]))
     return np.concatenate(of), np.concatenate(out)
