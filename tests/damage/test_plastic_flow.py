@@ -16,7 +16,7 @@ from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.flowed_surface import HEAPED, flow_in_passes, passes_to_flow, spread_along, with_heaps
 from rail_fem.damage.groove import DEEPEST, FlowLaw, carried_beyond, groove_strips, grooves, held_beyond
 from rail_fem.damage.rolling import no_more_slender
-from rail_fem.damage.sites import crossing_site
+from rail_fem.damage.sites import crossing_site, stepping_of
 from rail_fem.damage.study_state import read_state, write_state
 from rail_fem.damage.worn_profile import WornOutError
 from rail_fem.scene.steel import GRADES
@@ -145,11 +145,13 @@ def test_a_groove_goes_on_along_the_line_of_its_wheel():
     place, x = np.column_stack([at, 0.03 + 0.1 * (at - 0.26)]), np.arange(0.2, 0.5, 4e-3)
     of, where = carried_beyond(place, at, 4e-3, x)
     np.testing.assert_allclose(where[:, 1], 0.03 + 0.1 * (where[:, 0] - 0.26), atol=1e-12)
-    assert where[:, 0].min() < x[0] + 4e-3 + 1e-9 and where[:, 0].max() > x[-1] - 4e-3 - 1e-9
+    assert x[0] < where[:, 0].min() < x[2] and x[-3] < where[:, 0].max() < x[-1]
     assert set(of[len(at) :]) == {0, len(at) - 1}
     of, where = carried_beyond(place[10:], at, 4e-3, x)
     assert where[:, 0].min() == at[10] and set(of[len(at) - 10 :]) == {len(at) - 11}
     assert not len(carried_beyond(place[:0], at, 4e-3, x)[0])
+    on_the_edge = np.linspace(0.2, at[-1] + 0.06, 50)
+    assert carried_beyond(place, at, 0.06, on_the_edge)[1][:, 0].max() < on_the_edge[-1]
 
 
 def test_a_groove_goes_on_beyond_the_passes_ends_and_is_mirrored_with_its_track():
@@ -278,3 +280,22 @@ def test_a_switch_does_not_flow():
 def test_what_would_flow_twice_is_refused(name, value):
     with pytest.raises(CaseError, match="leave one of them out"):
         load_case(CASES / "crossing_flow.toml", {f"damage.{name}": value})
+
+
+# fall of the nose's running surface [um] after passes of fe_full on the same steel, elements of 4 mm, 260 to 470 mm of
+# cases/repeated_passes.toml without its tables "cyclic"; on 2 mm the first three are 1 to 5 % less
+EXPLICIT = {"P8-worn": {1: 438, 2: 538, 5: 613, 10: 644}, "P8": {1: 443, 2: 589, 5: 772, 10: 823}}
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("wheel", list(EXPLICIT))
+def test_the_nose_sinks_as_under_explicit_passes_and_comes_to_rest(wheel):
+    """Within a quarter: the law's nose is 9 to 23 % too shallow, why is not shown. From 40 to 60 it sinks by < 1 um."""
+    changes = {"scene.wheel.profile": wheel, "damage.patch_spacing": "2 mm", "damage.cells": 12}
+    case = load_case(CASES / "crossing_flow.toml", changes | {"damage.plan_spacing": "0.5 mm"})
+    site = crossing_site(case.scene, case.damage, {"start": "260 mm", "end": "470 mm"})
+    states = [begin(site), *evolve(site, 60, stepping_of(case.damage))]
+    passes, depth = np.array([(s.passes, 1e6 * s.worn.flow[1].max()) for s in states]).T
+    for number, explicit in EXPLICIT[wheel].items():
+        assert np.interp(number, passes, depth) == pytest.approx(explicit, rel=0.25)
+    assert depth[-1] - np.interp(40, passes, depth) < 1
