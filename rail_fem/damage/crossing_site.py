@@ -218,8 +218,9 @@ def pass_wear(
     site: CrossingSite, one: CrossingPass, crossing: AnyCrossing, shape: WornSurface | None = None
 ) -> PassWear:
     """One pass over a crossing as it is now, its steel as a shape says: forces, patches, wear, grooves."""
-    flows = site.flow_law is not None and shape is not None
-    yields = partial(left_to_flow, site, one.scene, shape) if flows else None
+    yields = None
+    if site.flow_law is not None and shape is not None:
+        yields = partial(left_to_flow, site.flow_law, site.grid, one.scene, shape)
     table, light = dynamics(one, crossing, site.run, site.spacing, yields)
     order = np.argsort(light.x)
     at_table = np.stack([np.interp(table.x, light.x[order], own[order]) for own in light.force])
@@ -308,7 +309,9 @@ def _hardest(contacts: PassContacts, body: int) -> Patch | None:
     return contacts.patches.patch(int(own[np.argmax(contacts.patches.normal_force[own])])) if len(own) else None
 
 
-def left_to_flow(site: CrossingSite, scene: Scene, shape: WornSurface, table: ContactTable) -> np.ndarray:
+def left_to_flow(
+    flow_law: FlowLaw, grid: tuple[np.ndarray, np.ndarray], scene: Scene, shape: WornSurface, table: ContactTable
+) -> np.ndarray:
     """(2, n) of the groove that the static load presses at each position of a table, the part that is still to press: 1
     on steel that has not flowed, 0 on steel at rest."""
     out = np.ones(table.stiffness.shape)
@@ -317,10 +320,10 @@ def left_to_flow(site: CrossingSite, scene: Scene, shape: WornSurface, table: Co
         load, radii = scene.static_wheel_load / np.cos(table.angle[b, near]), table.radii[b, near]
         width = patch_sizes(load, radii, table.modulus[b])[:, 1] * np.cos(table.angle[b, near])
         at = np.full(len(load), b), table.point[b, near]
-        strain = mean_under(shape.known_strain, site.grid, *at, width)
-        flowed = np.maximum(mean_under(shape.known_flow, site.grid, *at, 0 * width), 0.0)
+        strain = mean_under(shape.known_strain, grid, *at, width)
+        flowed = np.maximum(mean_under(shape.known_flow, grid, *at, 0 * width), 0.0)
         steel = getattr(scene.materials, body).steel()
-        still = grooves(load, radii, table.modulus[b], load, steel, strain, site.flow_law.limit, flowed).depth
+        still = grooves(load, radii, table.modulus[b], load, steel, strain, flow_law.limit, flowed).depth
         out[b, near] = np.where(flowed > LEAST_FLOW, still / np.maximum(still + flowed, LEAST_FLOW), 1.0)
     return out
 

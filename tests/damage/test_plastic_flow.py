@@ -211,11 +211,11 @@ def test_steel_is_indented_by_what_is_still_to_flow(site):
     """As virgin where none has flowed, less and less after, and at rest not at all: its pass is the elastic one."""
     one, table = site.passes[0], dynamics(site.passes[0], site.crossing(site.first()), site.run, site.spacing)[0]
     first = site.first()
-    assert (left_to_flow(site, one.scene, first, table) == 1).all()
+    assert (left_to_flow(site.flow_law, site.grid, one.scene, first, table) == 1).all()
     parts = []
     for passes in (1, 3):
         *_, end = evolve(site, passes, Stepping(block=2, deepest=1e9, flow_step=100e-6))
-        parts.append(left_to_flow(site, one.scene, end.worn, table)[1, table.stiffness[1] > 0])
+        parts.append(left_to_flow(site.flow_law, site.grid, one.scene, end.worn, table)[1, table.stiffness[1] > 0])
     assert (parts[0] >= 0).all() and parts[1].mean() < parts[0].mean() < 1
     runs = [site.run, site.run.model_copy(update={"plastic_indentation": False})]
     rest = lambda table: np.zeros(table.stiffness.shape)
