@@ -84,8 +84,6 @@ class Dynamics:
         self.inverse_mass = np.zeros(3 * n)
         self.changed = np.empty(0, np.int64)  # nodes whose velocities parts change after the kick, and ghosts
         self.marks = np.repeat(structure.on_small * np.int8(SMALL), 3)
-        self.message = np.empty(0)  # what the parts sum over the ranks, and the stretch of each
-        self.stretches: list[np.ndarray] = []
         self.updates = 0  # of elements so far, of all ranks
         self.follow()
         self.time, self.step_count, self.dt = 0.0, 0, 0.0
@@ -108,13 +106,16 @@ class Dynamics:
         self._mark()
 
     def _mark(self) -> None:
-        """Which nodes drift after the parts' kicks and not with their own. Rank-local."""
+        """Which nodes drift after the parts' kicks and not with their own, and room for the message. Rank-local."""
         marks = self.marks.reshape(-1, 3)
         marks[self.changed] &= SMALL
         ghosts = np.arange(self.domain.n_owned, self.domain.n_nodes)
         changed = np.unique(np.concatenate([ghosts, *(part.changes() for part in self.parts)]))
         self.changed = changed[self.touched[changed]]  # contact watches nodes that have left until its next search
         marks[self.changed] |= CHANGED
+        sizes = [part.size for part in self.parts]
+        self.message = np.empty(sum(sizes))  # what the parts sum over the ranks, and the stretch of each
+        self.stretches = np.split(self.message, np.cumsum(sizes)[:-1])
 
     after_restore = follow
 
@@ -174,10 +175,6 @@ class Dynamics:
         nanometre. Collective."""
         if sum(part.ready(dt) for part in self.parts):  # every one is asked
             self._mark()
-        sizes = [part.size for part in self.parts]
-        if sizes != [len(stretch) for stretch in self.stretches]:
-            self.message = np.empty(sum(sizes))
-            self.stretches = np.split(self.message, np.cumsum(sizes)[:-1])
         for part, mine in zip(self.parts, self.stretches):
             part.pack(dt, mine)
         if self.comm.size > 1 and len(self.message):

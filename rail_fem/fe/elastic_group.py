@@ -123,7 +123,6 @@ class ElasticGroup(RigidGroup):
             self.structure.works[1] -= 0.5 * dt * kicked.changed
 
     def drift(self, dt: float) -> None:
-        """Modes after the step, beside its rigid motion."""
         self.amplitude += dt * self.rate
 
     def kinetic_energy(self) -> float:

@@ -110,6 +110,14 @@ def impose_velocities(v, members, first, velocity):
 
 
 @njit(cache=True, error_model="numpy")
+def drift_groups(displacement, velocity, dt):
+    """Displacements after the step of rigid groups, both (n_groups, 3)."""
+    for g in range(displacement.shape[0]):
+        for c in range(3):
+            displacement[g, c] += dt * velocity[g, c]
+
+
+@njit(cache=True, error_model="numpy")
 def drift_nodes(x, v, dt, force, nodes):
     """Positions after the step of these nodes; forces there start at 0."""
     for n in nodes:

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 
 from rail_fem.fe.dynamics_part import DynamicsPart
-from rail_fem.fe.node_kernels import group_reactions, impose_velocities
+from rail_fem.fe.node_kernels import drift_groups, group_reactions, impose_velocities
 from rail_fem.fe.structure import Structure
 
 
@@ -75,6 +75,9 @@ class RigidGroup:
 
     def bend(self, v: np.ndarray) -> None:
         """What its nodes' velocities have beside its own, added in v (3 n,) [m/s]."""
+
+    def drift(self, dt: float) -> None:
+        """What it has beside its rigid motion, after the step."""
 
     @property
     def mass(self) -> float:
@@ -206,11 +209,14 @@ class Supports(DynamicsPart):
 
     def after_restore(self) -> None:
         """Each group's motion is a row of that of all. Replicated."""
-        for name in self.ROWS:
-            rows = np.array([getattr(group, name) for group in self.groups]).reshape(-1, 3)
-            setattr(self, name, rows)
-            for group, row in zip(self.groups, rows):
-                setattr(group, name, row)
+        self.velocity, self.displacement, self.reaction = map(self._rows, self.ROWS)
+
+    def _rows(self, name: str) -> np.ndarray:
+        """(n_groups, 3), each group's own among them from now on."""
+        rows = np.array([getattr(group, name) for group in self.groups]).reshape(-1, 3)
+        for group, row in zip(self.groups, rows):
+            setattr(group, name, row)
+        return rows
 
     def join(self, structure: Structure) -> None:
         self.structure, domain = structure, structure.domain
@@ -273,7 +279,7 @@ class Supports(DynamicsPart):
             link.dissipated -= dt * damper * 0.5 * (old + link.stretch_rate())
 
     def drift(self, dt: float) -> None:
-        self.displacement += dt * self.velocity
+        drift_groups(self.displacement, self.velocity, dt)
         for group in self.elastic:
             group.drift(dt)
 
