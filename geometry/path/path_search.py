@@ -26,6 +26,8 @@ UNDECIDED = 320.0
 CLOSE = 2e-8  # width to which a position is closed in [m]
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
+_part = njit(cache=True, forceinline=True, error_model="numpy")
+
 
 class Bracket(NamedTuple):
     """State of Brent's method for the highest value between a and b: the best position x, the two before it (w, v),
@@ -87,7 +89,7 @@ def _tabulated(crossing, wheel, body, radius, datum, resolution, low, high) -> t
     return stations, lateral_peaks(stations, y + datum, tread, radius, body == "nose", *crossing.tables)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def lateral_peaks(stations, y, tread, radius, nose, c, loft):
     """Positions where surface minus profile peaks at each station, highest first; NaN where there are fewer than PEAKS.
 
@@ -107,7 +109,7 @@ def lateral_peaks(stations, y, tread, radius, nose, c, loft):
     return peaks
 
 
-@njit(cache=True)
+@_part
 def insert_peak(peaks, y, value, radius):
     """Keep the highest peaks (PEAKS, 3), highest first."""
     for k in range(len(peaks)):
@@ -118,18 +120,18 @@ def insert_peak(peaks, y, value, radius):
             return
 
 
-@njit(cache=True)
+@_part
 def rise(ahead, radius):
     """How far a circle has risen at this distance from its lowest point."""
     return ahead * ahead / (radius + np.sqrt(radius * radius - ahead * ahead))
 
 
-@njit(cache=True)
+@_part
 def station_range(at, stations, reach):
     return np.searchsorted(stations, at - reach), np.searchsorted(stations, at + reach, side="right")
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def search_all(x, other, stations, peaks, reach):
     """Highest position (n,) over all stations within reach."""
     out = np.full(len(x), np.nan)
@@ -140,7 +142,7 @@ def search_all(x, other, stations, peaks, reach):
     return out
 
 
-@njit(cache=True)
+@_part
 def clear_of(y, found, count):
     for k in range(count):
         if abs(y - found[k]) < SEPARATION:
@@ -148,7 +150,7 @@ def clear_of(y, found, count):
     return True
 
 
-@njit(cache=True)
+@_part
 def best_position(at, other, stations, peaks, reach, found, count):
     """Station and peak of the highest position clear of those already found, and APART from the y of another contact:
     (height, station, peak), station -1: none."""
@@ -165,7 +167,7 @@ def best_position(at, other, stations, peaks, reach, found, count):
     return best, station, peak
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def refine_all(x, other, stations, peaks, reach, spacing, radius, datum, profile, nose, c, loft):
     """Refined height (n,) and point (n, 3): the best of all positions that the first search cannot tell apart."""
     height, point = np.full(len(x), np.nan), np.full((len(x), 3), np.nan)
@@ -189,26 +191,22 @@ def refine_all(x, other, stations, peaks, reach, spacing, radius, datum, profile
     return height, point
 
 
-@njit(cache=True)
-def axle_height(at, ahead, y, radius, datum, profile, nose, c, loft):
-    """Axle height less radius at which the wheel touches the surface at this position."""
-    z = surface_height(at + ahead, y, nose, c, loft)
-    if z < 0.5 * NO_METAL:
-        return -np.inf
-    tread, _ = hermite(y - datum, profile[0], profile[1], profile[2], profile[3])
-    if np.isnan(tread):
+@_part
+def axle_height(z, tread, ahead, radius):
+    """Axle height less radius at which the wheel, its tread at this height, touches a surface of height z `ahead`."""
+    if z < 0.5 * NO_METAL or np.isnan(tread):
         return -np.inf
     return z - tread - rise(ahead, radius - tread)
 
 
-@njit(cache=True)
+@_part
 def opened(a, b):
     """A bracket between a and b before anything was evaluated."""
     x = a + (1 - GOLDEN) * (b - a)
     return Bracket(a, b, x, x, x, -np.inf, -np.inf, -np.inf, 0.0, np.inf, x)
 
 
-@njit(cache=True)
+@_part
 def narrowed(old, value):
     """The bracket with the value at its next position: narrower, or closed in."""
     a, b, x, w, v, fx, fw, fv, u = old.a, old.b, old.x, old.w, old.v, old.fx, old.fw, old.fv, old.next
@@ -229,7 +227,7 @@ def narrowed(old, value):
     return Bracket(a, b, x, w, v, fx, fw, fv, step, before, np.nan if closed else x + least)
 
 
-@njit(cache=True)
+@_part
 def next_step(a, b, x, w, v, fx, fw, fv, step, before):
     """Step from x and the one before it: to the top of a parabola through the three best, where steps shrink so and it
     lies inside; else a golden section of the larger part."""
@@ -245,16 +243,17 @@ def next_step(a, b, x, w, v, fx, fw, fv, step, before):
     return (1 - GOLDEN) * larger, larger
 
 
-@njit(cache=True)
+@_part
 def along_wheel(at, y, low, high, radius, datum, profile, nose, c, loft):
     """Highest position along x at this y between low and high: (height, ahead)."""
-    now = opened(low, high)
+    now, (tread, _) = opened(low, high), hermite(y - datum, *profile)
     while not np.isnan(now.next):
-        now = narrowed(now, axle_height(at, now.next, y, radius, datum, profile, nose, c, loft))
+        z = surface_height(at + now.next, y, nose, c, loft)
+        now = narrowed(now, axle_height(z, tread, now.next, radius))
     return now.fx, now.x
 
 
-@njit(cache=True)
+@_part
 def climb(at, guess, reach, step, spacing, radius, datum, profile, nose, c, loft):
     """Refine, and again from where that ended as long as it ends at the rim of its window, up to the reach."""
     ahead, y = guess
@@ -269,7 +268,7 @@ def climb(at, guess, reach, step, spacing, radius, datum, profile, nose, c, loft
     return z, ahead, y
 
 
-@njit(cache=True)
+@_part
 def refine(at, ahead, y, step, spacing, radius, datum, profile, nose, c, loft):
     """Highest position near a first guess: over y of the highest position along x. (height, ahead, y).
 

@@ -165,16 +165,12 @@ def other_contacts(
 
 def bodies_within(wing: np.ndarray, nose: np.ndarray, within: float) -> tuple[np.ndarray, np.ndarray]:
     """Where (n,) each body stands at most `within` [m] below the higher one, by heights (n,) [m]."""
-    if not np.isfinite(within):
-        return np.full(len(wing), True), np.full(len(nose), True)
     lowest = np.fmax(wing, nose) - within
     return wing >= lowest, nose >= lowest
 
 
 def contacts_at(search: BodySearch, x: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """As BodySearch.contacts where near (n,), NaN elsewhere."""
-    if near.all():
-        return search.contacts(x)
     height, point = np.full(len(x), np.nan), np.full((len(x), 3), np.nan)
     height[near], point[near] = search.contacts(x[near])
     return height, point

@@ -364,7 +364,7 @@ def unwrap_to(angle: np.ndarray, previous: float) -> np.ndarray:
     return angle - 2 * np.pi * np.round((angle[0] - previous) / (2 * np.pi))
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True, error_model="numpy")
 def hermite(at, y, z, after, before):
     """Height and slope at one y; NaN outside. Table of Profile.hermite_table; points (n,) with y growing."""
     n = len(y)
@@ -376,7 +376,7 @@ def hermite(at, y, z, after, before):
     return found.value, found.slope
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def hermite_many(at, y, z, after, before):
     """Height and slope at many y (m,)."""
     height, slope = np.empty(len(at)), np.empty(len(at))

@@ -15,6 +15,8 @@ from kernel_cache import njit
 
 MM = 1e-3
 FLOOR = -55e-3  # height of the flangeway's floor [m]
+# one copy, inside its caller: handed over by value, the numbers of a shape cost more than a height
+_part = njit(cache=True, forceinline=True, error_model="numpy")
 
 
 class CastLeg(NamedTuple):
@@ -84,14 +86,14 @@ class CrossingShape(NamedTuple):
     raise_end: float = 0.0
 
 
-@njit(cache=True)
+@_part
 def smoothstep(t):
     """0 below 0, 1 above 1, cubic between: continuous slope."""
     t = min(max(t, 0.0), 1.0)
     return t * t * (3.0 - 2.0 * t)
 
 
-@njit(cache=True)
+@_part
 def blend(t, smoothness):
     """0 below 0, 1 above 1; between: straight (smoothness 0), cubic with level ends (1), quintic with straight ends
     too (2), and mixtures."""
@@ -102,13 +104,13 @@ def blend(t, smoothness):
     return cubic + (smoothness - 1.0) * (t * t * t * (10.0 + t * (6.0 * t - 15.0)) - cubic)
 
 
-@njit(cache=True)
+@_part
 def leg_progress(x, c):
     """How far the leg transition has gone at x: 0 plain rail, 1 cast section."""
     return blend((x - c.leg_start) / (c.leg_end - c.leg_start), c.leg_smoothness)
 
 
-@njit(cache=True)
+@_part
 def wing_lift(x, c):
     """By how much the wing body lies above the benchmark's at x: raised towards the nose, lowered about the leg's
     end."""
@@ -116,7 +118,7 @@ def wing_lift(x, c):
     return lift - c.leg_lowering * leg_progress(x, c) * (1.0 - smoothstep((x - c.leg_end) / c.leg_fade))
 
 
-@njit(cache=True)
+@_part
 def corner(y, face, radius, centre_y, centre_z, slope):
     """Height of a body with a gauge face (dy/dz = face), a corner arc and a top of this slope, tangent to each other.
 
@@ -132,7 +134,7 @@ def corner(y, face, radius, centre_y, centre_z, slope):
     return centre_z + radius / np.sqrt(1.0 + slope * slope) + (y - top_y) * slope
 
 
-@njit(cache=True)
+@_part
 def corner_centre(face_y, face_z, face, radius, top_z, slope):
     """Centre (y, z) of the arc tangent to the face through (face_y, face_z) and to the top z = top_z + slope * (y -
     face_y)."""
@@ -143,25 +145,25 @@ def corner_centre(face_y, face_z, face, radius, top_z, slope):
     return y, top_z + slope * (y - face_y) - offset_top
 
 
-@njit(cache=True)
+@_part
 def nose_gauge_y(x, c):
     """y of the nose's flangeway-side gauge line."""
     return c.leg.gauge_line + c.tan_angle * (x - c.stretch * c.cross_x)
 
 
-@njit(cache=True)
+@_part
 def wing_gauge_y(x, c):
     """y of the wing's lower gauge face, 14 mm down: parallel to the nose, or flared from it."""
     return nose_gauge_y(x, c) + c.flangeway + c.wing_flare * max(x - c.flare_start, 0.0)
 
 
-@njit(cache=True)
+@_part
 def knuckle_gauge_y(x, c):
     """y of the wing's upper face, 14 mm down, extended to both sides of its range."""
     return c.leg.gauge_line + c.knuckle_rate * (x / c.stretch - c.knuckle_x)
 
 
-@njit(cache=True)
+@_part
 def knuckle_centre(x, c):
     face_y = knuckle_gauge_y(x, c)
     return corner_centre(
@@ -169,7 +171,7 @@ def knuckle_centre(x, c):
     )
 
 
-@njit(cache=True)
+@_part
 def wing_plane(c):
     """Height at the wing's gauge line and slope of the top plane that travels with the wing (below the fixed one
     further on)."""
@@ -177,13 +179,13 @@ def wing_plane(c):
     return c.wing_reference_height - slope * c.wing_reference, slope
 
 
-@njit(cache=True)
+@_part
 def wing_centre(x, c):
     top_z, slope = wing_plane(c)
     return corner_centre(wing_gauge_y(x, c), -c.leg.gauge_depth, c.wing_face, c.wing_radius, top_z, slope)
 
 
-@njit(cache=True)
+@_part
 def field_edge_y(x, c):
     """y of the field side of the wing rail."""
     free = c.edge_y + c.tan_half_angle * (x - c.stretch * c.edge_x)
@@ -191,13 +193,13 @@ def field_edge_y(x, c):
     return c.leg.side + blend * (free - c.leg.side)
 
 
-@njit(cache=True)
+@_part
 def rib_height(x, c):
     """Height of the pocket beside the wing, which rises to the cap."""
     return min(c.cap_height, c.cap_height + c.pocket_rate * (x / c.stretch - c.pocket_x))
 
 
-@njit(cache=True)
+@_part
 def fall_shape(x, c):
     """Edge of the fall from the cast plane to the pocket: y of the edge, angle of the fall, radius at its top and foot.
 
@@ -211,7 +213,7 @@ def fall_shape(x, c):
     return edge_y, np.pi / 2 + blend * (angle - np.pi / 2), radius, blend * c.fall_foot_radius
 
 
-@njit(cache=True)
+@_part
 def fall_start_y(x, c):
     """y where the cast plane begins to bend down to the pocket."""
     edge_y, angle, radius, _ = fall_shape(x, c)
@@ -219,7 +221,7 @@ def fall_start_y(x, c):
     return edge_y - radius * np.tan((lean + angle) / 2) * np.cos(lean)
 
 
-@njit(cache=True)
+@_part
 def fall_height(x, y, c):
     """Height of the fall above the pocket: arc from the cast plane, straight line, arc into the pocket; NO_METAL beyond
     it."""
@@ -244,9 +246,10 @@ def fall_height(x, y, c):
     return NO_METAL
 
 
-@njit(cache=True)
-def wing_top(x, y, c):
-    """Height of the wing's top without its gauge corner: cast plane, cap, fall, pocket, field edge."""
+@_part
+def wing_top(x, y, below, c):
+    """Height of the wing's top without its gauge corner: cast plane, cap, fall, pocket, field edge; of `below`, the
+    height of the faces and corners, the lower of the two."""
     top_z, slope = wing_plane(c)
     face_y = wing_gauge_y(x, c)
     plane = min(c.leg.slope * y, top_z + slope * (y - face_y))
@@ -258,30 +261,32 @@ def wing_top(x, y, c):
     centre_z = min(rib, top_z + slope * (centre_y - face_y)) - c.edge_radius
     if y > centre_y:
         rib = min(rib, centre_z + np.sqrt(max(c.edge_radius**2 - (y - centre_y) ** 2, 0.0)))
-    return min(plane, max(rib, fall_height(x, y, c)))
+    if rib >= plane or below <= rib:  # however high the fall is: most of its cost is its angle
+        return min(plane, below)
+    return min(below, min(plane, max(rib, fall_height(x, y, c))))
 
 
-@njit(cache=True)
+@_part
 def leg_height(y, c):
     """Height of the cast leg's gauge face, corner and plane; also the through side of the full nose."""
     return corner(y, c.leg.face, c.leg.radius, c.leg.centre_y, c.leg.centre_z, c.leg.slope)
 
 
-@njit(cache=True)
+@_part
 def wing_height(x, y, c, loft):
     """Height of the wing body (plain rail, leg, knuckle, wing) at one point."""
     if x < c.leg_end:
         height = loft_height(y, leg_progress(x, c), loft)
         return height + wing_lift(x, c) if height > 0.5 * NO_METAL else height
-    height = min(wing_top(x, y, c), leg_height(y, c))
     knuckle_y, knuckle_z = knuckle_centre(x, c)
-    height = min(height, corner(y, c.knuckle_face, c.knuckle_radius, knuckle_y, knuckle_z, c.leg.slope))
+    height = min(leg_height(y, c), corner(y, c.knuckle_face, c.knuckle_radius, knuckle_y, knuckle_z, c.leg.slope))
     wing_y, wing_z = wing_centre(x, c)
     height = min(height, corner(y, c.wing_face, c.wing_radius, wing_y, wing_z, wing_plane(c)[1]))
+    height = wing_top(x, y, height, c)
     return height + wing_lift(x, c) if height > 0.5 * NO_METAL else height
 
 
-@njit(cache=True)
+@_part
 def loft_height(y, s, loft):
     """Height of the line (1 - s) * first + s * second at y; cubic between the tabulated points, NO_METAL beside it.
 
@@ -310,26 +315,26 @@ def loft_height(y, s, loft):
     return cubic_between(t, h, z0, z1, leaving, reaching).value
 
 
-@njit(cache=True)
+@_part
 def lofted_slope(loft, low, high, at, row, s):
     """Slope at one end of an interval of the lofted line: both lines run through it at the same pace."""
     first, second = (1 - s) * (loft[0, high] - loft[0, low]), s * (loft[4, high] - loft[4, low])
     return (first * loft[row, at] + second * loft[row + 4, at]) / (first + second)
 
 
-@njit(cache=True)
+@_part
 def centre_line_y(x, c):
     """y of the nose's centre line, which halves the angle between its gauge lines."""
     return c.leg.gauge_line + c.tan_half_angle * (x - c.stretch * c.cross_x)
 
 
-@njit(cache=True)
+@_part
 def centre_line_x(x, y, c):
     """x of the foot of (x, y) on the nose's centre line: what is symmetric about that line depends on it alone."""
     return x + (y - centre_line_y(x, c)) * c.tan_half_angle / (1.0 + c.tan_half_angle**2)
 
 
-@njit(cache=True)
+@_part
 def through_side_y(x, y, c):
     """y at the same distance from the through route's gauge line as (x, y) is from the nearer gauge face of the
     nose."""
@@ -337,7 +342,7 @@ def through_side_y(x, y, c):
     return min(near, far) + 0.5 * c.nose_widening
 
 
-@njit(cache=True)
+@_part
 def topping_height(x, c):
     """Height and fall (-dz/dX) of the topping line and, ahead of it, of the blunt ramp, along the nose's centre
     line."""
@@ -355,7 +360,7 @@ def topping_height(x, c):
     return -c.topping_depth - blend - c.blunt_slope * (ahead - radius * (end - start)), c.blunt_slope
 
 
-@njit(cache=True)
+@_part
 def topped_corner_arc(top, fall, c):
     """Corner arc between the through side of the nose and its flat top: y where it touches the side, centre y, z,
     height.
@@ -383,16 +388,19 @@ def topped_corner_arc(top, fall, c):
     return touch_y, touch_y + radius * np.sin(lean), depth, height
 
 
-@njit(cache=True)
+@_part
 def nose_height(x, y, c):
     """Height of the nose at one point: full outline (faces, corners, roof), topped; NO_METAL ahead of it."""
     if x < c.stretch * c.nose_x:
         return NO_METAL
     side_y = through_side_y(x, y, c)
     top, fall = topping_height(centre_line_x(x, y, c), c)
+    side = leg_height(side_y, c)
+    if side <= top - c.nose_radius * np.sqrt(1.0 + (fall / c.stretch) ** 2):  # below the arc's centre at its highest
+        return side
     touch_y, centre_y, centre_z, height = topped_corner_arc(top, fall, c)
     if side_y <= touch_y:
-        return leg_height(side_y, c)
+        return side
     if side_y >= centre_y:
         return top
     return centre_z + height * np.sqrt(1.0 - ((side_y - centre_y) / c.nose_radius) ** 2)

@@ -34,7 +34,7 @@ class DepthField(NamedTuple):
         return float(self.depth.sum()) * self.dx * self.dy
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True, error_model="numpy")
 def _weight(t, k):
     """Cubic B-spline of the k-th of four neighbours at the part t of an interval."""
     if k == 0:
@@ -46,7 +46,7 @@ def _weight(t, k):
     return t**3 / 6.0
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True, error_model="numpy")
 def depth_at(x, y, field):
     """Depth [m] at one point."""
     m, n = field.depth.shape

@@ -24,6 +24,8 @@ HELD, FREE = 10e-3, 25e-3  # from a side: up to there points move with it, from 
 HELD_SHARE, FREE_SHARE = 0.25, 0.5  # of the body's width, at most
 LARGEST_MOVE = 12e-3  # of a side between two sections; where it jumps farther nothing moves with it [m]
 
+_part = njit(cache=True, forceinline=True, error_model="numpy")
+
 Line = tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]  # points (k, 2) of y, z and z(y)
 
 
@@ -126,7 +128,7 @@ def _carried_on(y: np.ndarray, points: np.ndarray, height: Callable[[np.ndarray]
     return height(inside) + np.where(y < inside, *ends) * (y - inside)
 
 
-@njit(cache=True)
+@_part
 def shift(y, face, far, face_move, far_move):
     """How far the point that matches y in a section lies aside in another, whose sides lie aside by these moves."""
     width = far - face
@@ -148,7 +150,7 @@ def shifts(y, face, far, face_move, far_move):
     return out
 
 
-@njit(cache=True)
+@_part
 def across(row, position):
     """Value of evenly spaced samples (n,) at a position counted in samples."""
     j = min(max(int(position), 1), len(row) - 3)
@@ -157,7 +159,7 @@ def across(row, position):
     return b + 0.5 * r * (c - a + r * (2.0 * a - 5.0 * b + 4.0 * c - d + r * (3.0 * (b - c) + d - a)))
 
 
-@njit(cache=True)
+@_part
 def grid_height(x, y, grid):
     """Height [m] at one point; NO_METAL beside the body and before or behind it."""
     last = len(grid.x) - 1

@@ -37,7 +37,7 @@ def height_of(x, y, nose, shape, loft):
     return grid_height(x, y, shape.nose) if nose else grid_height(x, y, shape.wing)
 
 
-@overload(height_of, inline="never")
+@overload(height_of, inline="never", jit_options={"forceinline": True})
 def _height_of(x, y, nose, shape, loft):
     kind = _kind(shape)
     if kind is WornShape:
@@ -73,7 +73,7 @@ def _worn(base):
     return None
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def surface_height(x, y, nose, shape, loft):
     """As height_of, compiled."""
     return height_of(x, y, nose, shape, loft)
