@@ -183,7 +183,7 @@ for name in {names!r}:
     assert answer.returncode == 0, answer.stderr
 
 
-MOST_FILES = 88  # 90 asked for; a run measures its bar of form on bearers and wheel bodies that its case need not have
+MOST_FILES = 89  # 90 asked for; a run measures its bar of form on bearers and wheel bodies that its case need not have
 
 
 def test_a_light_run_meets_only_the_files_that_its_case_needs():

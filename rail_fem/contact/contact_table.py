@@ -16,16 +16,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from bem.exact.hertz import contact_stiffness, point_contact
 from bem.material import Elastic, contact_modulus
 from geometry.axes import tread_datum_y
 from geometry.hermite import cubic_between
-from geometry.path.wheel_path import WheelPath, other_contacts, rolling_radius, wheel_path
+from geometry.path.wheel_path import WheelPath, other_contacts, wheel_path
 from geometry.profiles.profile import Profile, hermite_many
-from geometry.surfaces.bodies import BODIES, NO_METAL
+from geometry.surfaces.bodies import BODIES
 from kernel_cache import working_time
+from rail_fem.contact.intersection import equivalent_paraboloid, gaps_about, gaps_at
 from rail_fem.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -38,7 +38,6 @@ DEPTHS = (5e-6, 300e-6)  # at least and at most [m]
 ROUNDS, HEAVY_ROUNDS = 4, 3  # of intersection and depth
 REACH = (14e-3, 18e-3)  # half length and half width of the position that is looked at [m]
 SAMPLES = (25, 49)  # along and across, denser in the middle
-FAR = 1.0  # gap where there is no surface [m]
 HIDDEN = 1.5e-3  # what lies this far below the wheel's rigid path carries nothing [m]
 # how far the gap opens between two contacts of a body, at ACROSS of their distance, or they are one [m]
 VALLEY, ACROSS = 0.1e-3, np.linspace(0, 1, 21)
@@ -196,9 +195,8 @@ def fresh_table(key: TableKey, within: float = np.inf) -> ContactTable:
 
 
 def _tabled(key: TableKey, path: WheelPath, search_time: float) -> ContactTable:
-    crossing, wheel, radius, datum, steels, load = key.crossing, key.wheel, key.radius, key.datum, key.steels, key.load
     started = working_time()
-    wing, nose, own = (Elastic(*steel) for steel in steels)
+    wing, nose, own = (Elastic(*steel) for steel in key.steels)
     moduli = contact_modulus(wing, own), contact_modulus(nose, own)
     points, gaps = np.stack([path.wing_point, path.nose_point]), np.stack([path.wing_gap, path.nose_gap])
     other_gaps, others = (
@@ -206,7 +204,7 @@ def _tabled(key: TableKey, path: WheelPath, search_time: float) -> ContactTable:
     )
 
     def rows(gap: np.ndarray, point: np.ndarray, second: ContactTable | None) -> ContactTable:
-        parts = [_contacts(crossing, wheel, b, path, point[b], radius, datum, moduli[b], load) for b in (0, 1)]
+        parts = [_contacts(key, b, path, point[b], moduli[b]) for b in (0, 1)]
         found = {name: np.stack([part[name] for part in parts]) for name in BY_BODY if name not in ("height", "point")}
         height = np.where(np.isfinite(gap) & np.isfinite(point[..., 0]), path.height - gap, -np.inf)
         took = search_time + working_time() - started
@@ -217,7 +215,7 @@ def _tabled(key: TableKey, path: WheelPath, search_time: float) -> ContactTable:
             **found,
             transfers=path.transfers,
             modulus=moduli,
-            datum=datum,
+            datum=key.datum,
             search_time=took,
             second=second,
         )
@@ -239,36 +237,29 @@ def _second_contacts(key: TableKey, path: WheelPath, body: int, first: np.ndarra
     return gap, point
 
 
-def _contacts(
-    crossing,
-    wheel: Profile,
-    body: int,
-    path: WheelPath,
-    point: np.ndarray,
-    radius: float,
-    datum: float,
-    modulus: float,
-    load: float,
-) -> dict:
+def _contacts(key: TableKey, body: int, path: WheelPath, point: np.ndarray, modulus: float) -> dict:
     """Slope, curvatures and stiffness at the contact points (n, 3) of one body."""
     near = np.isfinite(point[:, 0])
     x, at = path.x[near], point[near]
-    rolling, tread_slope = (
-        rolling_radius(wheel, radius, at[:, 1] - datum),
-        hermite_many(at[:, 1] - datum, *wheel.hermite_table())[1],
+    wheel = key.wheel.hermite_table()
+    tread, tread_slope = hermite_many(at[:, 1] - key.datum, *wheel)
+    rolling, ahead, angle = key.radius - tread, at[:, 0] - x, np.arctan(tread_slope)
+    along, across = (
+        reach * np.sign(u) * np.abs(u) ** 1.5 for reach, u in zip(REACH, (np.linspace(-1, 1, k) for k in SAMPLES))
     )
-    ahead, angle = at[:, 0] - x, np.arctan(tread_slope)
-    gap, along, across = _sampled_gap(crossing, wheel, body, x, at, radius, datum, angle)
+    surfaces = wheel, BODIES[body] == "nose", *key.crossing.tables
+    gap = gaps_about(x, at, along, across, np.cos(angle), key.radius, key.datum, *surfaces)
+    sampled = gap, gap.min(axis=2), gap.min(axis=1), along, across
     virtual = lambda force, radii: np.clip(
         VIRTUAL * (force / np.cos(angle) / hertz_constants(radii, modulus)) ** (2 / 3), *DEPTHS
     )
     depth = np.full(len(x), FIRST_DEPTH)
     for _ in range(ROUNDS):
-        radii, centre, asymmetry = equivalent_paraboloid(gap, along, across, depth)
-        depth = virtual(load, radii)
+        radii, centre, asymmetry = equivalent_paraboloid(*sampled, depth)
+        depth = virtual(key.load, radii)
     heavy = radii
     for _ in range(HEAVY_ROUNDS):
-        heavy, _, _ = equivalent_paraboloid(gap, along, across, virtual(HEAVY * load, heavy))
+        heavy, _, _ = equivalent_paraboloid(*sampled, virtual(HEAVY * key.load, heavy))
     found = {
         "radii": radii,
         "heavy_radii": heavy,
@@ -278,95 +269,13 @@ def _contacts(
         "centre": centre,
         "asymmetry": asymmetry,
     }
-    shape = lambda values: np.full((len(near), *values.shape[1:]), 0.0)
-    return {name: _placed(shape(values), near, values) for name, values in found.items()}
+    return {name: _placed(near, values) for name, values in found.items()}
 
 
-def _placed(into: np.ndarray, where: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _placed(where: np.ndarray, values: np.ndarray) -> np.ndarray:
+    into = np.zeros((len(where), *values.shape[1:]))
     into[where] = values
     return into
-
-
-def _sampled_gap(crossing, wheel, body, x, at, radius, datum, angle) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Gap along the contact's normal (n, p, q) [m] around the contact points (n, 3), and distances along (p,) and
-    across (q,) [m]."""
-    along, across = (
-        reach * np.sign(u) * np.abs(u) ** 1.5 for reach, u in zip(REACH, (np.linspace(-1, 1, k) for k in SAMPLES))
-    )
-    cosine = np.cos(angle)[:, None, None]
-    at_x, at_y = at[:, 0, None, None] + along[None, :, None], at[:, 1, None, None] + across[None, None, :] * cosine
-    gap = surface_gap(crossing, wheel, body, x[:, None, None], at_x, at_y, radius, datum)
-    least = surface_gap(crossing, wheel, body, x, at[:, 0], at[:, 1], radius, datum)
-    return np.minimum((gap - least[:, None, None]) * cosine, FAR), along, across
-
-
-def equivalent_paraboloid(
-    gap: np.ndarray, along: np.ndarray, across: np.ndarray, depth: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Radii (n, 2) [m] of the paraboloid that intersects to `depth` (n,) as the gap (n, p, q) does, the centre of
-    pressure across (n,) [m], and how asymmetric the intersection is (n,).
-
-    Length, width and area are those of the position where the gap, linear between its samples, is below the depth; the
-    centre is that of its piece at the contact point: over a groove, which the wheel spans, there is no contact.
-    """
-    rows, columns = gap.min(axis=2), gap.min(axis=1)
-    length, _ = _below(rows, along, depth[:, None])
-    width, balance = _below(columns, across, depth[:, None])
-    centre = _centre_of_pressure(_one_piece(columns, depth), across, depth[:, None])
-    inside = rows < depth[:, None]
-    widths = np.zeros_like(rows)
-    widths[inside] = _shares_below(gap[inside], across, depth[np.nonzero(inside)[0], None]).sum(axis=-1)
-    area = trapezoid(widths, along, axis=1)
-    ellipse = np.pi / 4 * length * width
-    scale = (area / ellipse)[:, None]
-    radii = np.stack([length, width], axis=1) ** 2 / 4 * scale / (2 * depth[:, None])
-    return radii, centre, np.abs(balance) / (width / 2)
-
-
-def _one_piece(gap: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    """Gap (n, q) with q odd, infinite beyond the first samples on either side of the middle one that are not below the
-    depth (n,)."""
-    inside, centre = gap < depth[:, None], gap.shape[1] // 2
-    reached = np.ones_like(inside)  # samples up to the first outside, itself included
-    reached[:, centre + 1 :] = np.logical_and.accumulate(inside[:, centre:-1], axis=1)
-    reached[:, :centre] = np.logical_and.accumulate(inside[:, centre:0:-1], axis=1)[:, ::-1]
-    return np.where(reached, gap, FAR)
-
-
-def _below(gap: np.ndarray, positions: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Length (...) [m] of the positions (q,) where gap (..., q) is below depth (..., 1), and their middle."""
-    share = _shares_below(gap, positions, depth)
-    length = share.sum(axis=-1)
-    return length, (share * (positions[1:] + positions[:-1]) / 2).sum(axis=-1) / np.maximum(length, 1e-15)
-
-
-def _shares_below(gap: np.ndarray, positions: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    """(..., q - 1) [m]  of each stretch between positions (q,), what of it is below the depth. In place: most of what a
-    table costs is memory."""
-    low, high = np.minimum(gap[..., 1:], gap[..., :-1]), np.maximum(gap[..., 1:], gap[..., :-1])
-    high -= low
-    np.maximum(high, 1e-15, out=high)
-    share = np.subtract(depth, low, out=low)
-    share /= high
-    np.minimum(np.maximum(share, 0.0, out=share), 1.0, out=share)
-    share *= np.diff(positions)
-    return share
-
-
-def _centre_of_pressure(gap: np.ndarray, across: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    """(n,) [m]: of strips at across (q,) that carry in proportion to how far the gap (n, q), linear in between, is
-    below depth (n, 1); as an ellipse's strips do, and those of Piotrowski and Kik's pressure.
-
-    On a wing's lopsided gaps 0.2 to 0.5 mm too far out: half-spaces have 0.8 to 1.0 mm, the intersection's middle lies
-    at 1.6 to 2.2 mm (tests/damage/test_patch_centre.py)."""
-    below = depth - gap
-    left, right = below[:, :-1], below[:, 1:]
-    zero = across[:-1] + np.diff(across) * left / np.where(left == right, 1.0, left - right)
-    begin, end = np.where(left < 0, zero, across[:-1]), np.where(right < 0, zero, across[1:])
-    left, right = np.maximum(left, 0), np.maximum(right, 0)
-    load = (end - begin) * (left + right) / 2
-    moment = (end - begin) * (left * (2 * begin + end) + right * (begin + 2 * end)) / 6
-    return moment.sum(axis=1) / np.maximum(load.sum(axis=1), 1e-30)
 
 
 def surface_gap(
@@ -374,13 +283,9 @@ def surface_gap(
 ) -> np.ndarray:
     """How far the wheel with its axle over x is above a body's surface at positions (at_x, at_y), up to a constant [m];
     inf without metal."""
-    x, at_x, at_y = np.broadcast_arrays(x, at_x, at_y)
-    rail = crossing.heights(at_x.ravel().copy(), at_y.ravel().copy(), BODIES[body]).reshape(x.shape)
-    tread = hermite_many((at_y - datum).ravel(), *wheel.hermite_table())[0].reshape(x.shape)
-    rolling, ahead = radius - tread, at_x - x
-    with np.errstate(invalid="ignore"):
-        gap = tread + ahead**2 / (rolling + np.sqrt(rolling**2 - ahead**2)) - rail
-    return np.where((rail > 0.5 * NO_METAL) & np.isfinite(tread), gap, np.inf)
+    at = [np.array(values, float) for values in np.broadcast_arrays(x, at_x, at_y)]
+    surfaces = wheel.hermite_table(), BODIES[body] == "nose", *crossing.tables
+    return gaps_at(*(values.ravel() for values in at), radius, datum, *surfaces).reshape(at[0].shape)
 
 
 @functools.lru_cache(maxsize=1)

@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 from bem.exact.hertz import point_contact
 from bem.exact.kalker import check_ellipse
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.contact.contact_table import DEPTHS, VIRTUAL, equivalent_paraboloid, hertz_constants
+from rail_fem.contact.contact_table import DEPTHS, VIRTUAL, hertz_constants
+from rail_fem.contact.intersection import equivalent_paraboloid
 from rail_fem.damage.crossing_site import dynamics, left_to_flow
 from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.flowed_surface import HEAPED, flow_in_passes, passes_to_flow, spread_along, with_heaps
@@ -62,7 +63,8 @@ def test_the_groove_has_the_radius_that_the_table_would_measure():
     radius, depth, virtual = 10e-3, 60e-6, 30e-6
     along, across = np.linspace(-14e-3, 14e-3, 201), np.linspace(-6e-3, 6e-3, 1201)
     gap = along[:, None] ** 2 / (2 * 0.43) + np.maximum(across**2 / (2 * radius) - depth, 0.0)
-    radii, middle, _ = equivalent_paraboloid(gap[None], along, across, np.array([virtual]))
+    least = gap.min(axis=1)[None], gap.min(axis=0)[None]
+    radii, middle, _ = equivalent_paraboloid(gap[None], *least, along, across, np.array([virtual]))
     length, width = (2 * np.sqrt(2 * virtual * 0.43)), 2 * np.sqrt(2 * radius * (depth + virtual))
     assert middle[0] == pytest.approx(0, abs=1e-5)
     assert radii[0, 1] / radii[0, 0] == pytest.approx((width / length) ** 2, rel=0.01)

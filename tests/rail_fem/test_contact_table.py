@@ -5,7 +5,12 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from bem.exact.hertz import contact_stiffness
-from rail_fem.contact.contact_table import equivalent_paraboloid, hertz_constants
+from geometry.axes import tread_datum_y
+from geometry.path.wheel_path import wheel_path
+from geometry.profiles.wheel import wheel_profile
+from geometry.surfaces.crossing import CastCrossing
+from rail_fem.contact.contact_table import hertz_constants, surface_gap
+from rail_fem.contact.intersection import FAR, equivalent_paraboloid, gaps_about
 
 
 def test_the_centre_of_pressure_lies_where_there_is_metal():
@@ -17,7 +22,8 @@ def test_the_centre_of_pressure_lies_where_there_is_metal():
     whole = bowl + np.where(across > 0, 0.5, 0.0) * across**2 / 0.1
     depth = np.array([2e-5, 2e-5, 2e-5])
     groove = np.where(np.abs(across - 1e-3) < 0.65e-3, 1e-3, bowl)
-    _, centre, _ = equivalent_paraboloid(np.stack([groove, whole, bowl]), along, across, depth)
+    gap = np.stack([groove, whole, bowl])
+    _, centre, _ = equivalent_paraboloid(gap, gap.min(axis=2), gap.min(axis=1), along, across, depth)
     left, right = -np.sqrt(2 * 0.1 * 2e-5), np.sqrt(0.1 * 2e-5)
     piece = Polynomial([1, 0, -1 / left**2])
     up_to = lambda own, end: own.integ()(end) - own.integ()(left)
@@ -25,6 +31,23 @@ def test_the_centre_of_pressure_lies_where_there_is_metal():
     assert centre[0] == pytest.approx(shoulder, abs=3e-6)
     assert centre[1] == pytest.approx(3 / 8 * (right + left), abs=3e-6)
     assert abs(centre[2]) < 1e-12
+
+
+@pytest.mark.parametrize("body", [0, 1])
+def test_the_gaps_about_a_contact_are_those_of_its_positions(body):
+    """Along the normal, over that at the contact itself; no more than FAR beside wheel and rail. To round-off of their
+    heights, some 1e-2 m."""
+    crossing, wheel, x = CastCrossing(), wheel_profile("P8"), np.array([0.30, 0.32])
+    path = wheel_path(wheel, crossing, x)
+    at, datum, cosine = (path.wing_point, path.nose_point)[body], tread_datum_y(), np.array([1.0, 0.9])
+    along, across = np.linspace(-12e-3, 12e-3, 5), np.linspace(-60e-3, 60e-3, 9)
+    surfaces = wheel.hermite_table(), body == 1, *crossing.tables
+    found = gaps_about(x, at, along, across, cosine, path.radius, datum, *surfaces)
+    at_x, at_y = at[:, 0, None, None] + along[:, None], at[:, 1, None, None] + across * cosine[:, None, None]
+    gap = surface_gap(crossing, wheel, body, x[:, None, None], at_x, at_y, path.radius, datum)
+    over = np.minimum((gap - gap[:, 2:3, 4:5]) * cosine[:, None, None], FAR)
+    assert (over == FAR).any() and (over < FAR).any()
+    assert found == pytest.approx(over, abs=1e-16)
 
 
 def test_hertz_constants_of_a_table_are_the_exact_ones_to_2e_5():

@@ -10,7 +10,8 @@ from bem.exact.hertz import contact_stiffness, point_contact
 from geometry.path.wheel_path import wheel_path
 from geometry.surfaces.crossing import CastCrossing
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.contact.contact_table import contact_table, equivalent_paraboloid, hertz_constants, patch_sizes
+from rail_fem.contact.contact_table import contact_table, hertz_constants, patch_sizes
+from rail_fem.contact.intersection import equivalent_paraboloid
 from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
 from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.validity import hertz_flags
@@ -45,7 +46,7 @@ def test_equivalent_paraboloid_of_a_paraboloid_is_itself():
     for n in (50, 100, 200):
         along, across = np.linspace(-14e-3, 14e-3, n), np.linspace(-8e-3, 8e-3, n)
         gap = along[None, :, None] ** 2 / (2 * radii[0]) + across[None, None, :] ** 2 / (2 * radii[1])
-        found, _, asymmetry = equivalent_paraboloid(gap, along, across, depth)
+        found, _, asymmetry = equivalent_paraboloid(gap, gap.min(axis=2), gap.min(axis=1), along, across, depth)
         assert asymmetry[0] < 1e-12
         errors.append(np.abs(found[0] / radii - 1).max())
     assert errors[-1] < 5e-4 and errors[-1] < errors[0]
