@@ -133,7 +133,7 @@ def sweep(
         if rows.fleet is not None:  # nobody reads a table of all its passes in a terminal
             told = table + "\n".join(failures(outcomes, faults))
     if not one:
-        write_tables(out, report, bool(vary))
+        write_tables(out, report, bool(vary), outcomes)
     say("\n" + told)
     if MANNER.as_json:
         emit(sweep_facts(out, outcomes, faults))
@@ -175,12 +175,12 @@ def concerned(variations: list[tuple[str, list]]) -> tuple[str, ...]:
     return tuple(models) if all(key.startswith("run.") for key, _ in variations) else ()
 
 
-def write_tables(out: Path, report: str, varied: bool) -> None:
+def write_tables(out: Path, report: str, varied: bool, outcomes: list) -> None:
     """sweep.md and sweep.csv of all results in the folder, also those of earlier sweeps."""
-    from rail_fem.sweeps.results import load_sweep
+    from rail_fem.sweeps.results import sweep_below
 
     try:
-        sweep_ = load_sweep(out)
+        sweep_ = sweep_below(out, {o.job.folder: o.result for o in outcomes if o.has_result})
     except FileNotFoundError:
         write_text_atomically(out / "sweep.md", report)
         return

@@ -82,13 +82,13 @@ def complete_history(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]
     if missing:
         raise ValueError(f"history: column(s) {', '.join(sorted(missing))} missing")
     length = np.size(columns["time"])
-    complete = {}
+    complete, unresolved = {}, np.full(length, np.nan)
     for name in COLUMNS:
-        values = np.array(columns[name], dtype=float) if name in columns else np.full(length, np.nan)
+        values = np.array(columns.get(name, unresolved), dtype=float)
         if values.shape != (length,):
             raise ValueError(f"history: column {name} has shape {values.shape}, time has ({length},)")
-        values.flags.writeable = False
-        complete[name] = values
+        complete[name] = unresolved if np.isnan(values).all() else values  # one for all: of a light pass most are
+        complete[name].flags.writeable = False
     return complete
 
 

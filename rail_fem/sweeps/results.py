@@ -242,8 +242,12 @@ def load_sweep(folder: Path | str) -> SweepResults:
     >>> list(rail_fem.load_sweep("sweep"))
     ['case']
     """
-    folder = Path(folder)
-    results, unusable = results_below(folder)
+    return sweep_below(Path(folder))
+
+
+def sweep_below(folder: Path, known: Mapping[Path, PassResult] | None = None) -> SweepResults:
+    """As load_sweep. known : folder -> what was read from it already"""
+    results, unusable = results_below(folder, known=known)
     asked = {
         case: {model: asked_values(folder / case / model, result) for model, result in of_case.items()}
         for case, of_case in results.items()

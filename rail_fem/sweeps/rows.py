@@ -30,7 +30,7 @@ from rail_fem.case.casetext import CaseTextError, read_as, read_table
 from rail_fem.files.atomic import write_text_atomically
 from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
-from rail_fem.result.result import PassResult, load
+from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Frozen
 from rail_fem.settings.draws import Change
 from rail_fem.show.table_and_figure import write_figure
@@ -107,7 +107,7 @@ def name_of(file: Path, words: str, rows: Rows) -> str:
 
 def write_rows(rows: Rows, outcomes: list[Outcome], out: Path) -> str:
     """Write rows.md, and rows_MODEL.png of the rows that are drawn, of a fleet fleet.png; returns the table."""
-    results = {(o.job.case.name, o.job.model): load(o.job.folder) for o in outcomes if o.has_result}
+    results = {(o.job.case.name, o.job.model): o.result for o in outcomes if o.has_result}
     labels = {name_of(Path(file), words, rows): (words, file) for words in rows.rows for file in rows.cases}
     if rows.fleet:
         return _write_fleet(rows, rows.fleet, labels, results, out)
@@ -126,7 +126,7 @@ def to_prove(rows: Rows, cases: Sequence[Case], outcomes: Sequence[Outcome]) -> 
     the first column."""
     if rows.fleet is None or not rows.fleet.proven_by:
         return "", []
-    done = {o.job.case.name: load(o.job.folder) for o in outcomes if o.has_result and o.job.model == rows.models[0]}
+    done = {o.job.case.name: o.result for o in outcomes if o.has_result and o.job.model == rows.models[0]}
     names = to_be_proven(values_of(rows.columns[0], done), rows.fleet.proven)
     return rows.fleet.proven_by, [case for case in cases if case.name in names]
 

@@ -30,7 +30,7 @@ from rail_fem.processes.launcher import mpi_command, rank_environment
 from rail_fem.processes.pool import PROCESSES, Lost, Workers, each
 from rail_fem.processes.progress import duration
 from rail_fem.processes.stopping import end_with_parent
-from rail_fem.result.result import load
+from rail_fem.result.result import PassResult, load
 from rail_fem.result.runfolder import MARK, differences, digest, fingerprint, only_profile_differs, owned
 from rail_fem.run.job import JobError, run_case
 from rail_fem.settings.explicit import FeSettings
@@ -63,6 +63,11 @@ class Outcome:
     @property
     def has_result(self) -> bool:
         return self.state in (FINISHED, SKIPPED)
+
+    @functools.cached_property
+    def result(self) -> PassResult:
+        """What lies in the job's folder, read once. Errors: as load."""
+        return load(self.job.folder)
 
 
 def read_cases(
@@ -117,15 +122,16 @@ def run_sweep(jobs: list[Job], ranks: int, say: Callable[[str], None], workers: 
     for model in MODELS:
         at = [number for number, job in enumerate(jobs) if job.model == model]
         own, there = [jobs[number] for number in at], len(outcomes)
+        times: list[float] = []
         fewer, why = at_a_time(own, ranks, workers)
         if why:
             say(f"{model}: {why}")
         for number, answer in each(functools.partial(run_job, ranks=ranks, tries=workers.tries), own, fewer):
             outcome = Outcome(own[number], FAILED, str(answer)) if isinstance(answer, Lost) else answer
             outcomes[at[number]] = outcome
-            same = [outcomes[k].wall_time for k in at if k in outcomes and outcomes[k].state == FINISHED]
+            times += [outcome.wall_time] if outcome.state == FINISHED else []
             left = len(own) - len(outcomes) + there
-            later = left * sum(same) / len(same) / fewer.count if left and same else 0.0
+            later = left * sum(times) / len(times) / fewer.count if left and times else 0.0
             eta = f"  {model}: {left} left, about {duration(later)}" if later else ""
             reason = f": {outcome.reason}" if outcome.reason else ""
             say(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -30,24 +31,27 @@ def sweep_report(outcomes: list[Outcome], errors: list[str]) -> str:
     results: Results = {}
     for outcome in outcomes:
         if outcome.has_result:
-            results.setdefault(outcome.job.case.name, {})[outcome.job.model] = load(outcome.job.folder)
+            results.setdefault(outcome.job.case.name, {})[outcome.job.model] = outcome.result
     return "\n".join(["# Sweep", "", *force_table(results), "", *failures(outcomes, errors)]).rstrip() + "\n"
 
 
 def results_below(
-    folder: Path, cases: Path | None = None, changes: CaseChanges | None = None
+    folder: Path,
+    cases: Path | None = None,
+    changes: CaseChanges | None = None,
+    known: Mapping[Path, PassResult] | None = None,
 ) -> tuple[Results, list[str]]:
     """Results of a sweep's folder DIR/CASE/MODEL by case, and a sentence on each that cannot be used.
 
     cases : folder of the case files; results of another scene than that of cases/CASE.toml, where there is one, are
-        left out;  changes : that the sweep has made in these files
+        left out;  changes : that the sweep has made in these files;  known : folder -> what was read from it
     Errors: FileNotFoundError without any result, CaseError for a case file that cannot be read.
     """
     results: Results = {}
     unusable = []
     for path in sorted(Path(folder).glob("*/*/result.json")):
         try:
-            result = load(path.parent)
+            result = (known or {}).get(path.parent) or load(path.parent)
         except (ValueError, KeyError, TypeError) as error:
             unusable.append(f"{path.parent}: written by another version of scene or result: {error}")
             continue
