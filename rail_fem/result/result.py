@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from rail_fem.files.atomic import csv_text, write_atomically, write_text_atomically
-from rail_fem.files.strict_json import NAN, dumps, nan_for_none
+from rail_fem.files.strict_json import NAN, dumps, nan_for_none, to_plain
 from rail_fem.result.history import COLUMNS, complete_history, shown_table
 from rail_fem.result.trust import trust_text
 from rail_fem.result.versions import needed, versions
@@ -394,10 +394,12 @@ class PassResult:
         history = self._history_npz()
         write_atomically(folder / "history.npz", lambda path: path.write_bytes(history))
         header, table = shown_table(self.history)
-        write_text_atomically(folder / "history.csv", csv_text([header, *([f"{v:.9g}" for v in row] for row in table)]))
+        line = ",".join(["%.9g"] * len(header)) + "\n"
+        rows = line * len(table) % tuple(table.ravel().tolist())  # in a third of the time of one number after another
+        write_text_atomically(folder / "history.csv", csv_text([header]) + rows)
         write_text_atomically(folder / "trust.txt", trust_text(self.trust, self.warnings))
-        summary = self.summary()
-        seal = _seal(json.loads(dumps(summary)), history)
+        summary = to_plain(self.summary())
+        seal = _seal(summary, history)
         write_text_atomically(folder / "result.json", dumps(summary | {"seal": seal}) + "\n")
 
     def _history_npz(self) -> bytes:

@@ -46,7 +46,7 @@ def run_case(
 ) -> str:
     """Run one model of a case and save its result in `folder`; returns why it failed, or "". Collective for parallel
     models. by_itself : not one of many, which leave out what takes longer than a light pass: its figures (`show` draws
-    them), and those rows of the bar of form that take passes of their own
+    them), those rows of the bar of form that take passes of their own, and words that nobody hears
 
     Nothing is meshed or written before everything that can be known has been checked.
     Errors: JobError when the run cannot start.
@@ -117,8 +117,8 @@ def _solve_and_save(
             if gone := launcher.on_root(lambda: lost(folder)):
                 raise RunFailed(gone)
             launcher.on_root(lambda: result.save(folder))
-            say(result_report(result))
             if by_itself:
+                say(result_report(result))
                 launcher.on_root(lambda: _draw(folder, say))
             if result.fault:
                 raise RunFailed(result.fault)
