@@ -321,8 +321,8 @@ def test_a_bearer_that_hangs_is_to_be_packed(on_bearers, tmp_path):
 @pytest.mark.validate
 @pytest.mark.parametrize("seed", range(3))
 def test_axle_box_and_casting_together_tell_which_bearer_hangs(on_bearers, tmp_path, seed):
-    """Two files of two trains, of different wheels, begun at different places: of 4 unknowns at most one lies outside
-    its interval, with a probability of 0.986; the bearer that hangs is to be packed, the other not."""
+    """Two files of two trains, of other mass and speed, begun at different places: of 4 unknowns at most one lies
+    outside its interval, with a probability of 0.986; the bearer that hangs is to be packed, the other not."""
     rng = np.random.default_rng(seed)
     ballast, nose = rng.uniform(50, 110), rng.uniform(-0.2, 0.4)
     changes = {"scene.bearers.ballast_stiffness": f"{ballast:.6g} kN/mm", "scene.bearers.unlike": [0, 1]}
