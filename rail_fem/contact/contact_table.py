@@ -283,9 +283,10 @@ def surface_gap(
 ) -> np.ndarray:
     """How far the wheel with its axle over x is above a body's surface at positions (at_x, at_y), up to a constant [m];
     inf without metal."""
-    at = [np.array(values, float) for values in np.broadcast_arrays(x, at_x, at_y)]
-    surfaces = wheel.hermite_table(), BODIES[body] == "nose", *crossing.tables
-    return gaps_at(*(values.ravel() for values in at), radius, datum, *surfaces).reshape(at[0].shape)
+    at = np.broadcast_arrays(x, at_x, at_y)
+    x, at_x, at_y = (np.array(values, float).ravel() for values in at)
+    rail = crossing.heights(at_x, at_y, BODIES[body])
+    return gaps_at(x, at_x, at_y, rail, radius, datum, wheel.hermite_table()).reshape(at[0].shape)
 
 
 @functools.lru_cache(maxsize=1)

@@ -20,13 +20,13 @@ def _gap_at(rail, tread, ahead, radius):
 
 
 @njit(cache=True, error_model="numpy")
-def gaps_at(x, at_x, at_y, radius, datum, profile, nose, c, loft):
-    """How far (n,) [m] a wheel with its axle over x is above a surface at (at_x, at_y), up to a constant, each (n,);
-    inf without metal. profile, c, loft : tables of wheel and crossing"""
+def gaps_at(x, at_x, at_y, rail, radius, datum, profile):
+    """How far (n,) [m] a wheel with its axle over x is above heights `rail` at (at_x, at_y), up to a constant, each
+    (n,); inf without metal. profile : tables of the wheel"""
     out = np.empty(len(x))
     for i in range(len(x)):
         tread, _ = hermite(at_y[i] - datum, *profile)
-        out[i] = _gap_at(surface_height(at_x[i], at_y[i], nose, c, loft), tread, at_x[i] - x[i], radius)
+        out[i] = _gap_at(rail[i], tread, at_x[i] - x[i], radius)
     return out
 
 

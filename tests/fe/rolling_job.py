@@ -49,6 +49,7 @@ def rolling(
     sign: float = 1.0,
     steel: Steel = MN13,
     settings: ElementSettings = ElementSettings(),
+    friction: float = 0.3,
 ):
     """The scene at its start. ahead, behind : of the travelling window [m], None for the whole block;  sign : +1
     towards +x, -1 its mirror image;  steel : of the block"""
@@ -68,7 +69,7 @@ def rolling(
     plate.velocity = np.array([0.0, 0.0, -0.6])
     structure.v.reshape(-1, 3)[np.unique(domain.cells[domain.region == 1])] = plate.velocity
     block, cap = (Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1))
-    law = ContactSettings(MN13.density * MN13.wave_speed**2 / SIZE, friction=0.3, refresh=20)
+    law = ContactSettings(MN13.density * MN13.wave_speed**2 / SIZE, friction=friction, refresh=20)
     wheel = RollingWheel(sign * SPEED, sign * SPEED / RADIUS, axle=(start, 0.0, RADIUS), inertia=1e-3)
     contact = Contact(ContactSurfaces(structure, block, cap), law, wheel)
     window = None
