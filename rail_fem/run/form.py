@@ -9,7 +9,7 @@ Plastic strain, which no light model resolves well enough, has what is kept alon
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from scipy.optimize import brentq
 
@@ -51,10 +51,13 @@ def on_bearers(scene: Scene, x: float) -> list[Scene]:
     if scene.crossing.family == CAST:
         panel = panel.replace_si(casting=CASTING)
 
+    beam = track_beam(panel, x - 1, x + 1, 0.1, 9.0)
+    share, own = beam.force_at(x), [bearer.own for bearer in beam.bearers]
+
     def excess(ballast: float) -> float:
-        beam = track_beam(panel.replace_si(ballast_stiffness=ballast), x - 1, x + 1, 0.1, 9.0)
-        share = beam.force_at(x)
-        return 1 / float(share @ beam.static(share)) - scene.foundation.stiffness
+        stiffness = beam.stiffness.copy()
+        stiffness[own, 0] = panel.pad_stiffness + ballast
+        return 1 / float(share @ replace(beam, stiffness=stiffness).static(share)) - scene.foundation.stiffness
 
     if not excess(BALLAST[0]) < 0 < excess(BALLAST[1]):
         return []
