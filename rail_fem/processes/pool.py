@@ -128,12 +128,11 @@ class Pool:
             for future in as_completed(futures):
                 try:
                     yield futures[future], future.result()
-                except BrokenExecutor:
-                    self.__exit__()
-                except Exception as error:
-                    if getattr(error, "of_task", False) or self.workers.pool in (PROCESSES, MPI):
+                except Exception as error:  # whatever a stranger's executor raises where a worker of it dies
+                    of_task = getattr(error, "of_task", False) or self.workers.pool in (PROCESSES, MPI)
+                    if of_task and not isinstance(error, BrokenExecutor):
                         raise
-                    self.__exit__()  # whatever a stranger's executor raises where a worker of it dies
+                    self.__exit__()
         finally:
             for future in futures:  # here, for neither dask's nor parsl's executor cancels at its end
                 with contextlib.suppress(NotImplementedError):  # parsl
