@@ -129,17 +129,9 @@ def _may_go_on(folder: Path, there: list[str], case: Mapping[str, Any], restart:
             f"--out {folder}: holds a run already; --restart goes on with it, --overwrite begins again, or choose"
             " another folder"
         )
-    different = differences(_read_mark(folder), case)
-    if different:
-        raise RunFolderError(
-            "\n  ".join(
-                [
-                    f"--out {folder}: holds another case, {len(different)} difference(s); choose another folder",
-                    *different,
-                    *_other_profile(folder, different),
-                ]
-            )
-        )
+    if different := differences(_read_mark(folder), case):
+        what = f"--out {folder}: holds another case, {len(different)} difference(s); choose another folder"
+        raise RunFolderError("\n  ".join([what, *different, *_other_profile(folder, different)]))
     return True
 
 
