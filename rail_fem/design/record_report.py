@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from rail_fem.design.inversion import Inversion, scaled, scaled_back
 from rail_fem.design.observations import FORM
 from rail_fem.design.posterior import form_of
-from rail_fem.design.problem import Problem, Variable
+from rail_fem.design.problem import Problem
 from rail_fem.design.record_facts import RecordFact
 from rail_fem.files.markdown import markdown_table
 from rail_fem.result.low_pass import low_pass
@@ -115,11 +115,13 @@ class StateReport:
             return ["No verdict, nor are the intervals below to be trusted: " + "; ".join(self.doubts) + "."]
         problem, found, told = self.problem, self.found, []
         values = scaled_back(problem, found.samples[:, :-1])
+        bearers = problem.changed(None, problem.design.passes[0]).scene.bearers
         for v, start, own, (low, high) in zip(
             problem.design.vary, problem.start_values, values.T, scaled_back(problem, found.interval[:, :-1]).T
         ):
             if v.key.startswith(BALLAST):
-                told.append(_packing(problem, v, own, low, high))
+                number = bearers.unlike[int(v.key.removeprefix(BALLAST))] if bearers else "?"
+                told.append(_packing(number, own, low, high))
             elif v.key in METAL and np.isfinite(start):
                 metal, sign = METAL[v.key]
                 factor = sign * si_factor(v.unit)
@@ -188,12 +190,7 @@ class StateReport:
         return titled(figure, f"What {problem.design.source} says of the crossing\n{sure}")
 
 
-def _packing(problem: Problem, v: Variable, own: np.ndarray, low: float, high: float) -> str:
-    from rail_fem.case.casefile import load_case
-
-    one = problem.design.passes[0]
-    bearers = load_case(problem.case, one.set).scene.bearers
-    number = bearers.unlike[int(v.key.removeprefix(BALLAST))] if bearers else "?"
+def _packing(number: int | str, own: np.ndarray, low: float, high: float) -> str:
     chance = float((own < HANGS).mean())
     what = (
         f"pack bearer {number}"
