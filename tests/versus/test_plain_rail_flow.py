@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
@@ -21,7 +20,8 @@ WINDOW = {"start": -0.03, "end": 0.06}
 @pytest.mark.validate
 def test_where_no_corner_is_near_half_space_and_elements_find_the_same_flow_at_the_same_place():
     """P8 on 56E1 of as-cast Mn13. Elements of 1 mm have bars of 0.2 (worst 10 mm3) and 10 mm3; cells of 1.5 mm are 8 %
-    off their limit in the integral; finer ones of both: docs/models/plastic.md."""
+    off their limit in the integral; finer ones of both: docs/models/plastic.md. The place is one in the section: along
+    a plain rail the elements' strain is the same within 2 %, so that where it is largest there says nothing."""
     case = load_case(CASE)
     crossing = type(case.scene.crossing)(family="joint", dip_angle=0.0)
     scene = case.scene.replace(crossing=crossing, wheel=case.scene.wheel.replace(profile="P8"))
@@ -40,4 +40,4 @@ def test_where_no_corner_is_near_half_space_and_elements_find_the_same_flow_at_t
     for name, least in (("worst_10", 0.8), ("worst_1000", 0.75), ("integral", 0.75)):
         assert least < cells[name] / found[f"{name}_wing"] < 1.0
     worst, peak = flow.worst(), elements.peaks["plastic_strain_wing"]
-    assert np.hypot(worst[1] - peak.x, worst[2] - peak.y) < 2e-3
+    assert abs(worst[2] - peak.y) < 2e-3
