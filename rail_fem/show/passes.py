@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -14,6 +16,8 @@ from rail_fem.show.style import give_title
 
 MANY = 30  # passes, from which they are drawn as lines over their logarithm
 LEAST_ADDED = 1e-3  # [mm3], below which nothing is drawn: the steel is at rest
+FORETOLD = 10  # times as many passes
+FROM = 8  # passes, below which nothing is foretold
 
 COLUMNS = {
     "impact_on_wheel": "impact on wheel",
@@ -26,7 +30,7 @@ COLUMNS = {
 
 
 def passes_rows(result: PassResult) -> list[str]:
-    """A line for each pass, the first ten and the last ten; nothing for a single pass."""
+    """A line for each pass, the first ten and the last ten, and what is foretold; nothing for a single pass."""
     if not result.passes:
         return []
     lines = [f"  {'pass':>6}" + "".join(f"{head:>18}" for head in COLUMNS.values())]
@@ -36,7 +40,34 @@ def passes_rows(result: PassResult) -> list[str]:
             continue
         cells = (amount(report.get(name, NAN), REPORTED[name].unit) for name in COLUMNS)
         lines.append(f"  {number:>6}" + "".join(f"{cell:>18}" for cell in cells))
-    return lines
+    return lines + (_foretold(result.passes) if count >= FROM else [])
+
+
+def _foretold(passes: Sequence[Mapping[str, float]]) -> list[str]:
+    """Strain after FORETOLD times as many passes; nothing where it has stopped to grow."""
+    of = lambda name: np.array([report.get(name, NAN) for report in passes])
+    strains = [name for name in COLUMNS if name.startswith(("block", "integral"))]
+    later = {name: after_passes(of(name), FORETOLD * len(passes)) for name in strains}
+    if not np.isfinite(list(later.values())).any():
+        return []
+    cells = (amount(later[name], REPORTED[name].unit) if name in later else "-" for name in COLUMNS)
+    words = "foretold: what the last half of the passes added goes on as a power of their number"
+    return [f"  {FORETOLD * len(passes):>6}" + "".join(f"{cell:>18}" for cell in cells) + f"   {words}"]
+
+
+def after_passes(values: np.ndarray, count: int) -> float:
+    """What grows in each of k passes, values (k,), after `count` of them: what the last half of the passes added, as
+    a power of their number by least squares of the logarithms, goes on. NaN where one of these added nothing.
+
+    Error: none for such growth; of steel that ratchets: docs/models/cyclic.md.
+    """
+    number = np.arange(1, len(values) + 1)
+    half = slice(len(values) // 2, None)
+    added = np.diff(values, prepend=0.0)[half]
+    if len(added) < 2 or not (added > 0).all():
+        return NAN
+    power, factor = np.polyfit(np.log(number[half]), np.log(added), 1)
+    return float(values[-1] + np.exp(factor) * (np.arange(len(values) + 1, count + 1.0) ** power).sum())
 
 
 def passes_figure(result: PassResult, name: str) -> Figure:

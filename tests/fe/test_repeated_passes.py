@@ -1,5 +1,7 @@
 """Passes on the steel that the one before has left: nothing left, nothing changed; hardening; a kill between them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from rail_fem.models import fe_full
 from rail_fem.models.fe_full import Run
 from rail_fem.result.result import load
 from rail_fem.settings.explicit import FeSettings
-from rail_fem.show.passes import passes_figure
+from rail_fem.show.passes import after_passes, passes_figure, passes_rows
 from rail_fem.show.report import result_report
 from tests.rail_fem.test_readme import ROOT
 
@@ -78,3 +80,26 @@ def test_what_each_pass_did_is_said_and_drawn(passes, tmp_path):
     assert "PEEQ block wing" in shown and shown.count("mm3") > 4
     passes_figure(result, "passes").savefig(tmp_path / "passes.png")
     assert (tmp_path / "passes.png").stat().st_size > 10_000
+
+
+def test_ten_passes_foretell_a_hundred_where_strain_still_grows(passes):
+    _, result = passes
+    still = {name: value for name, value in result.passes[0].items() if not name.startswith(("block", "integral"))}
+    grown = [still | {"block_nose": 0.02 * number, "block_wing": 0.01} for number in range(1, 11)]
+    last = passes_rows(replace(result, passes=tuple(grown)))[-1].split()
+    assert last[0] == "100" and last[last.index("200") + 1] == "%" and "foretold:" in last
+    assert last.count("resolved") == 3
+    assert "foretold" not in passes_rows(replace(result, passes=tuple(grown[:5])))[-1]
+    assert "foretold" not in passes_rows(replace(result, passes=tuple(grown[:1] * 10)))[-1]
+
+
+@pytest.mark.parametrize("power", [0.0, -0.3, -2.0])
+def test_what_grows_by_a_power_of_the_pass_goes_on_exactly(power):
+    """The first passes may add something else, as a groove is pressed: the last half tells."""
+    grown = np.cumsum([5.0, 3.0, *(0.7 * np.arange(3, 101.0) ** power)])
+    assert after_passes(grown[:10], 100) == pytest.approx(grown[-1], rel=1e-10)
+
+
+@pytest.mark.parametrize("grown", [[1.0, 1.0, 1.0, 1.0], [1.0, 2.0, 3.0, 2.5], [1.0], [1.0, np.nan, 3.0, 4.0]])
+def test_what_has_stopped_to_grow_is_not_foretold(grown):
+    assert np.isnan(after_passes(np.array(grown), 100))
