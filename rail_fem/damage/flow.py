@@ -1,4 +1,4 @@
-"""Plastic flow before wear: the surface that a run of bem_plastic has left, on a crossing's plan.
+"""Plastic flow before wear: the surface that a run of bem_plastic or fe_full has left, on a crossing's plan.
 
 A new casting flows while it hardens, and wears afterwards: the first passes' flow is one field of depths, + into the
 metal, negative where metal was pushed up, under the wear of all passes that follow. It does not go on growing here.
@@ -7,10 +7,11 @@ metal, negative where metal was pushed up, under the wear of all passes that fol
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import RegularGridInterpolator
+from scipy.interpolate import LinearNDInterpolator, RegularGridInterpolator
 
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.groove import held_beyond
@@ -38,28 +39,36 @@ def read_flow(
     """
     path, result = _archive(folder), load(folder)
     if result.scene.crossing.plain() != scene.crossing.plain():
-        raise FlowError(
-            f"{folder}: its run is of {result.scene.crossing.name} with other numbers: run bem_plastic anew"
-        )
-    low, high = (float(end(result.history["x"])) for end in (np.min, np.max))
+        raise FlowError(f"{folder}: its run is of {result.scene.crossing.name} with other numbers: run its model anew")
+    with np.load(path) as stored:
+        archive = dict(stored)
+    low, high = map(float, archive.get("pressed", (result.history["x"].min(), result.history["x"].max())))
     if low > grid[0][-1] or high < grid[0][0]:
         raise FlowError(
             f"{folder}: its run goes from x = {low * 1e3:.0f} to {high * 1e3:.0f} mm, the study's plan from"
-            f" {grid[0][0] * 1e3:.0f} to {grid[0][-1] * 1e3:.0f}: run bem_plastic over the study's path"
+            f" {grid[0][0] * 1e3:.0f} to {grid[0][-1] * 1e3:.0f}: run its model over the study's path"
         )
     x, y = np.meshgrid(*grid, indexing="ij")
     out = np.zeros((len(BODIES), *x.shape))
-    with np.load(path) as stored:
-        for b, body in enumerate(BODIES):
-            if f"{body}_lowered" in stored:
-                axes, lowered = (stored[f"{body}_x"], stored[f"{body}_y"]), np.asarray(stored[f"{body}_lowered"], float)
-                field = RegularGridInterpolator(axes, lowered, bounds_error=False, fill_value=0.0)
-                out[b] = field((x, y))
+    for b, body in enumerate(BODIES):
+        if f"{body}_lowered" in archive:
+            out[b] = _field(archive, body)((x, y))
     return held_beyond(out, np.array([low, high]), grid[0]), (low, high)
+
+
+def _field(archive: dict[str, np.ndarray], body: str) -> Callable:
+    """Depth [m] at x, y by what a run of bem_plastic has on its cells, or fe_full at its surface's nodes; 0 beside."""
+    lowered = np.asarray(archive[f"{body}_lowered"], float)
+    if f"{body}_at" not in archive:
+        axes = archive[f"{body}_x"], archive[f"{body}_y"]
+        return RegularGridInterpolator(axes, lowered, bounds_error=False, fill_value=0.0)
+    return LinearNDInterpolator(archive[f"{body}_at"], lowered, fill_value=0.0, rescale=True)
 
 
 def _archive(folder: Path) -> Path:
     path = Path(folder) / ARCHIVE
     if not path.is_file():
-        raise FlowError(f"damage.flow: no {ARCHIVE} in {folder}: give the folder of a finished run of bem_plastic")
+        raise FlowError(
+            f"damage.flow: no {ARCHIVE} in {folder}: give the folder of a finished run of bem_plastic or fe_full"
+        )
     return path

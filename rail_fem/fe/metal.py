@@ -10,6 +10,8 @@ import numpy as np
 from mpi4py import MPI
 
 from geometry.meshing.quality import cell_volume
+from geometry.surfaces.any_crossing import AnyCrossing
+from geometry.surfaces.bodies import CROSSING, NO_METAL, REGIONS
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.fields import cell_rows
 from rail_fem.fe.parts import cells_of, parts_of, surface_nodes
@@ -18,6 +20,8 @@ from rail_fem.result.plastic_zone import near, plastic_zone, strained_box
 
 STRIP = 5e-3  # along the track, over which the change of the surface is looked at [m]
 CLEAR = 40e-3  # from the wheel at the end of the pass: nearer, the metal is under load [m]
+STEEPEST = np.radians(60)  # of a face, beyond which a plan says little
+ASIDE = 10e-6  # by which a surface's slope is taken [m]
 
 
 def metal(run: Run) -> dict[str, dict]:
@@ -94,3 +98,36 @@ def surface_change(x: np.ndarray, fall: np.ndarray, wheel: float) -> dict[str, l
         middles.append(float((k + 0.5) * STRIP))
         largest.append(float(fall[strip == k].max()))
     return {"x": middles, "fall": largest}
+
+
+def falls(run: Run) -> dict[str, np.ndarray]:
+    """By how much wing and nose lie lower than before the pass, for rail_fem.passes.plastic_fields.write_arrays: of
+    each body `at` (k, 2) x, y and `lowered` (k,) of its surface's nodes, and `pressed` (2,), the x between which they
+    are clear of the wheel [m]. Collective, with the dynamics brought up; empty but on root."""
+    domain, mesh, running = run.dynamics.domain, run.passage.mesh, run.passage.running
+    end = running.start + run.dynamics.contact.wheel.offset - running.sign * CLEAR
+    found = {"pressed": np.array(sorted((running.start, end)))}
+    for body in CROSSING:
+        nodes = run.comm.bcast(None if mesh is None else np.unique(mesh.surface[mesh.surface_region == body]), root=0)
+        positions = _positions(domain, run.dynamics.structure.x, nodes)
+        if positions is not None:
+            before, after = positions[:, :3], positions[:, 3:] - run.passage.crossing.displacement
+            at, lowered = fallen(before, after, run.scene.crossing.surface, REGIONS[body])
+            found |= {f"{REGIONS[body]}_at": at, f"{REGIONS[body]}_lowered": lowered}
+    return found if mesh is not None else {}
+
+
+def fallen(before: np.ndarray, after: np.ndarray, crossing: AnyCrossing, body: str) -> tuple[np.ndarray, np.ndarray]:
+    """Where the nodes of a surface that moved from (n, 3) to (n, 3) [m] are now, x, y (k, 2), and by how much the
+    surface lies lower there (k,) [m]: what a node has sunk, less what the surface of before rises on its way. Without
+    the nodes of faces that are too steep for a plan.
+
+    Error: of second order in the nodes' way.
+    """
+    x, y = before[:, 0], before[:, 1]
+    aside = [(ASIDE, 0.0), (-ASIDE, 0.0), (0.0, ASIDE), (0.0, -ASIDE)]
+    around = np.array([crossing.heights(x + dx, y + dy, body) for dx, dy in aside])
+    slope = np.stack([around[0] - around[1], around[2] - around[3]], axis=1) / (2 * ASIDE)
+    known = (around > 0.5 * NO_METAL).all(axis=0) & (np.hypot(*slope.T) < np.tan(STEEPEST))
+    way = after - before
+    return after[known, :2], ((slope * way[:, :2]).sum(axis=1) - way[:, 2])[known]

@@ -27,7 +27,7 @@ from rail_fem.fe.carried import lay_in, steel_after
 from rail_fem.fe.condensed_body import Condensed
 from rail_fem.fe.diagnostics import outcome_on_beam, slowest_elements, strain_peaks, trust_facts
 from rail_fem.fe.meshing import Placed, make_mesh
-from rail_fem.fe.metal import metal
+from rail_fem.fe.metal import falls, metal
 from rail_fem.fe.passage import build_passage
 from rail_fem.fe.plan.kept_meshes import kept
 from rail_fem.fe.run import CHECKPOINT, Run
@@ -37,6 +37,7 @@ from rail_fem.files.atomic import write_text_atomically
 from rail_fem.files.sealed import read_sealed, write_sealed
 from rail_fem.passes.lateral_start import LateralStart, lateral_start
 from rail_fem.passes.pass_result import void_warnings
+from rail_fem.passes.plastic_fields import write_arrays
 from rail_fem.processes.launcher import dealt_out, on_root
 from rail_fem.processes.progress import Progress
 from rail_fem.result.error_bars import CALIBRATED_WORDS, calibrated_bars, error_bars
@@ -142,6 +143,9 @@ def _passes(
             carried = steel_after(run)
             if below is not None:
                 on_root(partial(result.save, below))
+    left = falls(run)
+    if folder is not None:
+        on_root(partial(write_arrays, folder, left))
     return judged_over_passes(result, results) if settings.passes > 1 else result
 
 

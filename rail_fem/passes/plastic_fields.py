@@ -23,6 +23,11 @@ def write_archive(folder: Path, flows: dict[str, Flow]) -> None:
         for name in ("x", "y", "depths", "peeq", "lowered", "residual_stress"):
             values = getattr(flow, name.removesuffix("_stress"))
             arrays[f"{body}_{name}"] = values.astype(np.float32) if values.ndim > 2 else values
+    write_arrays(folder, arrays)
+
+
+def write_arrays(folder: Path, arrays: dict[str, np.ndarray]) -> None:
+    """plastic.npz of these."""
 
     def write(path: Path) -> None:
         with path.open("wb") as stream:

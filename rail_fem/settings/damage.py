@@ -174,8 +174,8 @@ class DamageSettings(Frozen):
     flow: str = Field(
         "",
         max_length=400,
-        description="folder of a run of bem_plastic on the same crossing, relative to the case file: wear begins on the"
-        " surface that its plastic flow has left; none: on the casting",
+        description="folder of a run of bem_plastic or fe_full on the same crossing, relative to the case file: wear"
+        " begins on the surface that its plastic flow has left; none: on the casting",
     )
     plastic_flow: bool = Field(
         False,

@@ -288,7 +288,7 @@ def test_wear_begins_on_the_surface_that_plastic_flow_has_left(tmp_path, site, r
         assert flow[1].max() <= stored["nose_lowered"].max()
     last, beyond = (flow[1][np.searchsorted(site.grid[0], at)] for at in (0.366, 0.400))
     assert beyond.max() > 0.5 * last.max()
-    with pytest.raises(FlowError, match="run bem_plastic over the study's path"):
+    with pytest.raises(FlowError, match="run its model over the study's path"):
         read_flow(tmp_path, scene, (site.grid[0] + 1.0, site.grid[1]))
     after = replace(site, flow=flow)
     flowed = after.rate(after.first())

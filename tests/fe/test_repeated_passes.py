@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
+from rail_fem.damage.flow import read_flow
+from rail_fem.fe.metal import fallen
 from rail_fem.models import fe_full
 from rail_fem.models.fe_full import Run
 from rail_fem.result.result import load
@@ -80,6 +82,36 @@ def test_what_each_pass_did_is_said_and_drawn(passes, tmp_path):
     assert "PEEQ block wing" in shown and shown.count("mm3") > 4
     passes_figure(result, "passes").savefig(tmp_path / "passes.png")
     assert (tmp_path / "passes.png").stat().st_size > 10_000
+
+
+def test_a_node_that_slides_down_has_sunk_only_below_the_surface_it_was_on():
+    """Nodes that go aside along the surface and 10 um below it: told to second order in how far they went."""
+    crossing, errors = SCENE.crossing.surface, []
+    y = np.linspace(-0.03, 0.03, 61)
+    before = np.column_stack([np.full(61, 0.35), y, crossing.heights(np.full(61, 0.35), y, "nose")])
+    for way in (200e-6, 100e-6):
+        after = before + [way, way, 0.0]
+        after[:, 2] = crossing.heights(after[:, 0], after[:, 1], "nose") - 10e-6
+        at, lowered = fallen(before, after, crossing, "nose")
+        assert 10 < len(at) < 61 and set(np.round(at[:, 1], 9)) <= set(np.round(after[:, 1], 9))
+        errors.append(np.median(np.abs(lowered - 10e-6)))
+    assert errors[0] < 2e-6 and 3 < errors[0] / errors[1] < 5
+
+
+def test_a_life_can_begin_on_the_surface_that_the_passes_have_left(passes):
+    """As rail_fem.damage reads it: the fall that the run reports of its strips; it goes on where the wheel stood."""
+    folder, result = passes
+    x, y = np.arange(0.300, 0.420, 0.5e-3), np.arange(-0.05, 0.05, 0.25e-3)
+    result.save(folder)
+    flow, (low, high) = read_flow(folder, SCENE, (x, y))
+    assert (low, high) == pytest.approx((0.335, 0.345), abs=1e-4)
+    for field, part in zip(flow, ("wing", "nose")):
+        strips = result.metal[part]["surface"]
+        near = np.flatnonzero((np.array(strips["x"]) > low) & (np.array(strips["x"]) < high))
+        reported = max(np.array(strips["fall"])[near])
+        assert field[(x > low) & (x < high)].max() == pytest.approx(reported, rel=0.15, abs=2e-6)
+        assert np.array_equal(field[x > 0.35], np.broadcast_to(field[x > 0.35][0], field[x > 0.35].shape))
+    assert flow.max() > 20e-6
 
 
 def test_ten_passes_foretell_a_hundred_where_strain_still_grows(passes):
