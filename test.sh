@@ -3,7 +3,6 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 ./setup.sh
-unset PYTHONDONTWRITEBYTECODE
-export PYTHONPYCACHEPREFIX=$PWD/.venv/bytecode  # kept: the tests start many processes
+unset PYTHONDONTWRITEBYTECODE  # bytecode is kept: the tests start many processes
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMBA_NUM_THREADS=1 LC_ALL=C.UTF-8
 exec .venv/bin/python -m pytest -n 2 --dist loadfile "$@"

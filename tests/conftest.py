@@ -1,6 +1,7 @@
 """In which order the files run, and what was not run, and why: tests that need packages of the explicit models, where
 only the light ones are installed, and tests that need files of others."""
 
+import gc
 import os
 from importlib.util import find_spec
 from pathlib import Path
@@ -56,7 +57,8 @@ ROOMS = ("fe", "rail_fem", "damage", "versus", "export", "bem", "geometry")
 
 def pytest_configure(config):
     """Ranks that wait give way to the other worker's tests; files run in the order below, not by their number of
-    tests."""
+    tests. While they are collected the collector of garbage has nothing to find."""
+    gc.disable()
     os.environ.setdefault("OMPI_MCA_mpi_yield_when_idle", "1")
     if hasattr(config.option, "loadscopereorder"):
         config.option.loadscopereorder = False
@@ -74,6 +76,14 @@ def turn(path: Path) -> tuple[int, int]:
 
 def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: turn(item.path))
+
+
+def pytest_collection_finish():
+    """What was imported and collected stays to the end: the collector looks no more through it, which takes half a
+    second, at each mesh of dolfinx (rail_fem/fe/domain.py) and whenever else it comes by."""
+    gc.collect()
+    gc.freeze()
+    gc.enable()
 
 
 def wanted_package(error: BaseException | None) -> str:
