@@ -1,7 +1,7 @@
 """A small cap rolls over a small plastic block, with friction, free spin, springs and, by choice, a travelling window,
 by the processor's kernels or on a simulated card.
 
-    NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1 python -m tests.fe.card_job OUT.npz STEPS WINDOW ELEMENT STEEL EVERY ANEW
+    NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1 python -m tests.fe.card_job FOLDER JOB ...
 
 A process of its own simulates the card: numba decides when it is first imported. Nothing is compiled there.
 """
@@ -9,8 +9,10 @@ A process of its own simulates the card: numba decides when it is first imported
 import os
 import subprocess
 import sys
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from mpi4py import MPI
@@ -28,8 +30,7 @@ STEP, DAMPING = 6e-8, 4e-9  # below the critical step; of the cap's kernel [s]
 AHEAD, BEHIND = 3.8 * MM, 2.18 * MM
 EVERY = 7  # steps to a look
 FASTER = 30.0  # than the cap of rolling_job comes down: the block yields at once
-LONGEST = 300  # of the job [s]
-PLAIN = "one-point", "Mn13"
+LONGEST = 300  # of all jobs [s]
 SOFT = MN13.scaled(0.1)  # so that few steps see it flow
 BACK_STRESSES = {"modulus": [100e9, 20e9], "recovery": [2000.0, 300.0], "mixing": [1.0, 0.2]}
 CYCLIC = BACK_STRESSES | {"yield_stress": 30e6, "hardening": 60e6, "hardening_rate": 50.0}
@@ -53,11 +54,10 @@ def bodies(start: float):
     return merge_bodies([block, cap])
 
 
-def scene(window: int, element: str = PLAIN[0], steel: str = PLAIN[1]) -> Dynamics:
+def scene(window: int, element: str = "one-point", steel: str = "Mn13") -> Dynamics:
     """At its start. window : 1 for one that a slab of the block leaves in step 9, 0 for all of the block;  element,
     steel : of the block, see STEELS"""
-    rolling_job.LENGTH, rolling_job.START, rolling_job.bodies = LENGTH, START, bodies
-    of_block = {"steel": STEELS[steel], "settings": ElementSettings(element)}
+    of_block = {"steel": STEELS[steel], "settings": ElementSettings(element), "bodies": bodies, "start": START}
     made = rolling_job.rolling(MPI.COMM_SELF, *(AHEAD, BEHIND) if window else (None, None), **of_block)
     dynamics = made.dynamics
     dynamics.structure.v *= FASTER
@@ -87,48 +87,64 @@ def found(dynamics: Dynamics, total: np.ndarray, moment: np.ndarray) -> dict[str
     return {name: np.array(value, float) for name, value in out.items()} | {"active": np.array(s.active)}
 
 
-def by_processor(steps: int, window: int, kind: tuple[str, str] = PLAIN) -> dict[str, np.ndarray]:
+class Job(NamedTuple):
+    """anew : 1 where the card takes all anew after each look, 0 where it goes on;  the others as of `scene`"""
+
+    steps: int
+    window: int = 0
+    element: str = "one-point"
+    steel: str = "Mn13"
+    every: int = EVERY
+    anew: int = 0
+
+    @property
+    def word(self) -> str:
+        return "_".join(map(str, self))
+
+
+def by_processor(job: Job) -> dict[str, np.ndarray]:
     from rail_fem.fe.node_kernels import add_step
 
-    dynamics, total, moment = scene(window, *kind), np.zeros(5), np.zeros(4)
+    dynamics, total, moment = scene(*job[1:4]), np.zeros(5), np.zeros(4)
     c, region = dynamics.contact, regions(dynamics)
     s = c.surfaces
-    for _ in range(steps):
+    for _ in range(job.steps):
         dynamics.step(STEP)
         add_step(c.force, c.normal_force, c.search.position, s.area, c.watched, s.n_rail, region, total, moment)
     return found(dynamics, total, moment)
 
 
-def by_card(
-    folder: Path, steps: int, window: int, kind: tuple[str, str] = PLAIN, every: int = EVERY, anew: bool = False
-) -> dict[str, np.ndarray]:
-    """By a process that simulates the card, which takes all anew after each look, or goes on. Errors: RuntimeError with
-    its last words."""
-    words = steps, window, *kind, every, int(anew)
-    path = folder / f"card_{'_'.join(map(str, words))}.npz"
-    command = [sys.executable, "-m", "tests.fe.card_job", *map(str, (path, *words))]
+def by_card(folder: Path, jobs: Collection[Job]) -> dict[Job, dict[str, np.ndarray]]:
+    """By a process that simulates the card. Errors: RuntimeError with its last words."""
+    command = [sys.executable, "-m", "tests.fe.card_job", str(folder), *(job.word for job in jobs)]
     switches = {"NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1"}
     answer = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, env=os.environ | switches)
     if answer.returncode != 0:
         raise RuntimeError(f"{' '.join(command)} ended with {answer.returncode}: {answer.stderr.strip()[-800:]}")
-    with np.load(path) as file:
-        return dict(file)
+    made = {}
+    for job in jobs:
+        with np.load(folder / f"{job.word}.npz") as file:
+            made[job] = dict(file)
+    return made
 
 
-def main(out: str, steps: int, window: int, element: str, steel: str, every: int, anew: int) -> None:
+def main(folder: str, *words: str) -> None:
     from types import SimpleNamespace
 
     from rail_fem.fe.card.on_card import OnCard
 
-    dynamics = scene(window, element, steel)
-    recorder = SimpleNamespace(total=np.zeros(5), moment=np.zeros(4), steps=0)
-    card = OnCard(dynamics, regions(dynamics))
-    for first in range(0, steps, every):
-        card.advance(STEP, min(every, steps - first), recorder)
-        card.stale = bool(anew)
-    assert recorder.steps == dynamics.step_count == steps
-    np.savez(out, **found(dynamics, recorder.total, recorder.moment))
+    for word in words:
+        steps, window, element, steel, every, anew = word.split("_")
+        dynamics = scene(int(window), element, steel)
+        recorder = SimpleNamespace(total=np.zeros(5), moment=np.zeros(4), steps=0)
+        card = OnCard(dynamics, regions(dynamics))
+        for first in range(0, int(steps), int(every)):
+            card.advance(STEP, min(int(every), int(steps) - first), recorder)
+            card.stale = anew == "1"
+        assert recorder.steps == dynamics.step_count == int(steps)
+        np.savez(Path(folder) / f"{word}.npz", **found(dynamics, recorder.total, recorder.moment))
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], *map(int, sys.argv[2:4]), *sys.argv[4:6], *map(int, sys.argv[6:8]))
+    sys.setswitchinterval(1e-4)  # [s]; the simulator asks its threads in a loop whether they wait
+    main(*sys.argv[1:])

@@ -5,6 +5,7 @@ tests/fe/test_travelling_window.py, and its run on several ranks.
 """
 
 import sys
+from collections.abc import Callable
 from types import SimpleNamespace
 
 import numpy as np
@@ -50,10 +51,12 @@ def rolling(
     steel: Steel = MN13,
     settings: ElementSettings = ElementSettings(),
     friction: float = 0.3,
+    bodies: Callable = bodies,
+    start: float = START,
 ):
     """The scene at its start. ahead, behind : of the travelling window [m], None for the whole block;  sign : +1
-    towards +x, -1 its mirror image;  steel : of the block"""
-    start = START if sign > 0 else LENGTH - START
+    towards +x, -1 its mirror image;  steel : of the block;  start : x of the cap [m]"""
+    start = start if sign > 0 else LENGTH - start
     mesh, shortest, load = bodies(start), 3 * MM, 4e3
     slabs = None if ahead is None else cut_into_slabs(mesh.points, mesh.cells, mesh.region, (0,), shortest)
     centres, cost = mesh.points[mesh.cells].mean(axis=1), np.ones(len(mesh.cells))

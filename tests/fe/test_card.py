@@ -15,11 +15,14 @@ from rail_fem.case.casefile import load_case
 from rail_fem.fe.card.fits import room_on_card, unfit_for_card
 from rail_fem.fe.run import CHECK_EVERY, Run
 from rail_fem.result.result import load
-from tests.fe.card_job import PLAIN, by_card, by_processor
+from tests.fe.card_job import Job, by_card, by_processor
 from tests.fe.card_pass import run as run_pass
 from tests.rail_fem.test_readme import ROOT
 
-STEPS, FEW = 20, 6  # of one point an element with a hardening curve, of the other kinds
+WHOLE, WINDOW = Job(20), Job(20, window=1)
+AGAIN = Job(20, every=5, anew=1)
+LAWS = [Job(6, steel="kinematic"), Job(6, steel="cyclic")]
+FULL = [Job(6, element="full", steel="isotropic"), Job(6, element="full", steel="cyclic")]
 # 20 steps of sums of some ten terms, each to 2e-16, in which what is left is down to a hundredth of the terms
 ROUND_OFF = 1e-12
 # of forces, differences of stresses that are a thousand times their sum, and of works
@@ -40,28 +43,34 @@ def apart(one: dict, other: dict) -> dict[str, float]:
     }
 
 
-@pytest.mark.parametrize("window", [0, 1], ids=["whole", "window"])
-def test_the_card_makes_the_steps_of_the_processor(window, folder):
+@pytest.fixture(scope="module")
+def by_cards(folder):
+    """Of all jobs, by one process."""
+    return by_card(folder, [WHOLE, WINDOW, AGAIN, *LAWS, *FULL])
+
+
+@pytest.mark.parametrize("job", [WHOLE, WINDOW], ids=["whole", "window"])
+def test_the_card_makes_the_steps_of_the_processor(job, by_cards):
     """Positions, stresses, contact forces, works, groups and springs, what is recorded, to round-off; a block that
     flows under a rolling cap with friction and free spin."""
-    assert_same_steps(folder, STEPS, window, PLAIN)
+    assert_same_steps(by_cards, job)
 
 
-@pytest.mark.parametrize("law", ["kinematic", "cyclic"])
-def test_the_card_has_every_return_law(law, folder):
+@pytest.mark.parametrize("job", LAWS, ids=lambda job: job.steel)
+def test_the_card_has_every_return_law(job, by_cards):
     """Back stresses that turn with the steel, of one point an element."""
-    expected = assert_same_steps(folder, FEW, 0, ("one-point", law))
+    expected = assert_same_steps(by_cards, job)
     assert np.abs(expected["back"]).max() > 0
 
 
-@pytest.mark.parametrize("law", ["isotropic", "cyclic"])
-def test_the_card_has_the_element_of_eight_points(law, folder):
-    expected = assert_same_steps(folder, FEW, 0, ("full", law))
-    assert (np.abs(expected["back"]).max(initial=0.0) > 0) == (law == "cyclic")
+@pytest.mark.parametrize("job", FULL, ids=lambda job: job.steel)
+def test_the_card_has_the_element_of_eight_points(job, by_cards):
+    expected = assert_same_steps(by_cards, job)
+    assert (np.abs(expected["back"]).max(initial=0.0) > 0) == (job.steel == "cyclic")
 
 
-def assert_same_steps(folder, steps, window, kind):
-    expected, found = by_processor(steps, window, kind), by_card(folder, steps, window, kind)
+def assert_same_steps(by_cards, job):
+    expected, found = by_processor(job), by_cards[job]
     assert expected["plastic strain"].max() > 0 and expected["contact normal_force"].max() > 0  # it flows and carries
     assert np.array_equal(found["active"], expected["active"])
     off = apart(found, expected)
@@ -70,10 +79,10 @@ def assert_same_steps(folder, steps, window, kind):
     return expected
 
 
-def test_the_card_makes_the_same_bits_however_it_is_looked_at(folder):
+def test_the_card_makes_the_same_bits_however_it_is_looked_at(by_cards):
     """Looked at every 7 steps, or every 5 and given all anew from what was read, as by a restart: a step reads nothing
     that is not read back, and sums come in one order."""
-    once, again = by_card(folder, STEPS, 0), by_card(folder, STEPS, 0, every=5, anew=True)
+    once, again = by_cards[WHOLE], by_cards[AGAIN]
     names = ("x", "v", "force", "state", "contact force", "contact slip", "wheel spin", "plate velocity")
     assert all(np.array_equal(once[name], again[name]) for name in names)
 
