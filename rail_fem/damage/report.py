@@ -54,6 +54,8 @@ def study_report(title: str, settings: DamageSettings, found: dict[str, Any]) ->
     if not crossing:
         hardest = sorted(found["contacts"], key=lambda c: -c["tgamma"])[:4]
         blocks += ["## Hardest contacts at first", table_of([*map(_contact_row, hardest)])]
+    if stops := found.get("explicit"):
+        blocks += ["## Plastic flow by fe_full", table_of([*map(_stop_row, stops)])]
     return page_of([*blocks, *_limits(settings, found.get("flow_before"))])
 
 
@@ -264,6 +266,11 @@ def _limits(settings: DamageSettings, before: dict[str, float] | None = None) ->
         flow = (
             "Plastic flow goes by a law whose limit and strain were read off one explicit run (docs/models/damage.md)."
         )
+    if settings.explicit:
+        flow = (
+            "Plastic flow is that of the most frequent kind of pass by fe_full, held from stop to stop: passes between"
+            " two stops, and other kinds of pass, press nothing of their own."
+        )
     if before is not None:
         flow = (
             f"Plastic flow, up to {before['deepest'] * UM:.3g} \u00b5m deep, is that of the run in damage.flow, before"
@@ -280,6 +287,15 @@ def _limits(settings: DamageSettings, before: dict[str, float] | None = None) ->
             "- T\u03b3's damage function was fitted to curves of plain line in grade 220 rail.",
         ],
     ]
+
+
+def _stop_row(stop: dict[str, float]) -> dict[str, str]:
+    return {
+        "after passes": f"{stop['passes']:.6g}",
+        "deepest flow of wing, nose [\u00b5m]": f"{stop['wing'] * UM:.3g}, {stop['nose'] * UM:.3g}",
+        "impact of the last explicit pass [kN]": f"{stop['impact'] / 1e3:.1f}",
+        "it added to the nose's integral of plastic strain [mm\u00b3]": f"{stop['added'] * 1e9:.3g}",
+    }
 
 
 def _contact_row(c: dict[str, Any]) -> dict[str, str]:

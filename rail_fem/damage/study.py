@@ -18,6 +18,7 @@ from geometry.profiles.formats.by_suffix import write_profile
 from rail_fem.case.casefile import Case
 from rail_fem.damage.drivers import sensitivities, wheel_ratios
 from rail_fem.damage.evolution import Evolution, begin, evolve
+from rail_fem.damage.explicit_flow import MODEL, SAME, ExplicitStops
 from rail_fem.damage.figures import study_figures
 from rail_fem.damage.fleet_life import fleet_life
 from rail_fem.damage.flow import flow_digest, read_flow
@@ -110,18 +111,32 @@ def run_study(
     say((folder / REPORT).read_text(encoding="utf-8"))
 
 
-def _wear(case, settings, site, folder, goes_on, identity, progress, say) -> Evolution:
-    """Through all passes, a restart file after each block."""
+def explicit_stops(case: Case, settings: DamageSettings, folder: Path, identity: str) -> ExplicitStops | None:
+    """Where passes of fe_full come between those of the study; None: nowhere. Errors: StudyError."""
+    if settings.explicit is None:
+        return None
+    if (numerics := case.runs.get(MODEL)) is None:
+        raise StudyError(f"{case.path}: damage.explicit: has no table [run.{MODEL}] for its passes; write one")
+    return ExplicitStops(settings.explicit, numerics, settings.passes, folder / "explicit", identity)
+
+
+def _wear(settings, site, explicit, folder, goes_on, identity, progress, say) -> tuple[Evolution, Any]:
+    """Through all passes, a restart file after each block; and the site as it has flowed by then."""
     path = folder / STATE
     state = read_state(path, identity, site) if goes_on and path.is_file() else begin(site)
     if state.passes:
         say(f"going on after {state.passes:.6g} passes")
     blocks = len(state.log)
-    for reached in evolve(site, settings.passes, stepping_of(settings), state):
-        state, blocks = reached, blocks + 1
-        write_state(path, state, identity)
-        progress.update(blocks, state.passes, settings.passes)
-    return state
+    for stop, end in enumerate(explicit.ends if explicit else [settings.passes]):
+        if state.passes >= end * (1 - SAME) and end < settings.passes:
+            continue
+        if explicit:
+            site = explicit.flowed(stop, site, state.worn, say)
+        for reached in evolve(site, end, stepping_of(settings), state):
+            state, blocks = reached, blocks + 1
+            write_state(path, state, identity)
+            progress.update(blocks, state.passes, settings.passes)
+    return state, site
 
 
 def _study(case, settings, folder, goes_on, identity, progress, say, workers: Workers) -> None:
@@ -133,11 +148,15 @@ def _study(case, settings, folder, goes_on, identity, progress, say, workers: Wo
         if flow is not None:
             flowed, (low, high) = read_flow(flow, case.scene, site.grid)
             site, flow_before = replace(site, flow=flowed), {"deepest": flowed.max(), "start": low, "end": high}
+        if explicit := explicit_stops(case, settings, folder, identity):
+            site = explicit.flowed(0, site, site.first(), say)
         before = site.afresh().rate(site.first())
-        state = _wear(case, settings, site, folder, goes_on, identity, progress, say)
+        state, site = _wear(settings, site, explicit, folder, goes_on, identity, progress, say)
         site.start_from(state.starts)
         after = site.rate(state.worn)
     found = summary(settings, state, before, after) | {"flow_before": flow_before}
+    if explicit:
+        found["explicit"] = explicit.rows(site)
     found["tonnage"] = tonnage_of(case.scene, settings)
     if settings.fleet is not None:
         found["fleet"] = fleet_life(settings, state, after)

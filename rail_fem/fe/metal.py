@@ -100,10 +100,13 @@ def surface_change(x: np.ndarray, fall: np.ndarray, wheel: float) -> dict[str, l
     return {"x": middles, "fall": largest}
 
 
-def falls(run: Run) -> dict[str, np.ndarray]:
-    """By how much wing and nose lie lower than before the pass, for rail_fem.passes.plastic_fields.write_arrays: of
+def falls(run: Run, worn: np.ndarray | None) -> dict[str, np.ndarray]:
+    """By how much wing and nose lie lower than before all passes, for rail_fem.passes.plastic_fields.write_arrays: of
     each body `at` (k, 2) x, y and `lowered` (k,) of its surface's nodes, and `pressed` (2,), the x between which they
-    are clear of the wheel [m]. Collective, with the dynamics brought up; empty but on root."""
+    are clear of the wheel [m]. Collective, with the dynamics brought up; empty but on root.
+
+    worn : (n,) [m] that wear has taken off each node, which does not count, on root; None: nothing
+    """
     domain, mesh, running = run.dynamics.domain, run.passage.mesh, run.passage.running
     end = running.start + run.dynamics.contact.wheel.offset - running.sign * CLEAR
     found = {"pressed": np.array(sorted((running.start, end)))}
@@ -111,7 +114,8 @@ def falls(run: Run) -> dict[str, np.ndarray]:
         nodes = run.comm.bcast(None if mesh is None else np.unique(mesh.surface[mesh.surface_region == body]), root=0)
         positions = _positions(domain, run.dynamics.structure.x, nodes)
         if positions is not None:
-            before, after = positions[:, :3], positions[:, 3:] - run.passage.crossing.displacement
+            before, after = positions[:, :3].copy(), positions[:, 3:] - run.passage.crossing.displacement
+            before[:, 2] -= 0.0 if worn is None else worn[nodes]
             at, lowered = fallen(before, after, run.scene.crossing.surface, REGIONS[body])
             found |= {f"{REGIONS[body]}_at": at, f"{REGIONS[body]}_lowered": lowered}
     return found if mesh is not None else {}

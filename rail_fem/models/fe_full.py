@@ -23,7 +23,7 @@ from geometry.surfaces.bodies import REGIONS
 from kernel_cache import working_time
 from rail_fem.contact.rigid import ends_with_path
 from rail_fem.fe import trust
-from rail_fem.fe.carried import lay_in, steel_after
+from rail_fem.fe.carried import SteelBefore, lay_in, steel_after, steel_before, write_steel
 from rail_fem.fe.condensed_body import Condensed
 from rail_fem.fe.diagnostics import outcome_on_beam, slowest_elements, strain_peaks, trust_facts
 from rail_fem.fe.meshing import Placed, make_mesh
@@ -71,6 +71,16 @@ def solve(
     return solve_from(scene, settings, None, "fe_full", folder, restart, progress)
 
 
+def solve_on(
+    before: SteelBefore, scene: Scene, settings: FeSettings, folder: Path, restart: bool = False, progress=None
+) -> PassResult:
+    """As `solve` without a twin, on steel that passes of this scene and these numerics have left, and leaving its own
+    in folder/steel.npz. Collective. Errors: as `solve`; SealError for a steel that is damaged or another's."""
+    progress = progress or Progress(None, active=False)
+    alone = settings.model_copy(update={"error_twin": False})
+    return _passes(scene, alone, None, "fe_full", folder, restart, progress, working_time(), before)
+
+
 def solve_from(
     scene: Scene,
     settings: FeSettings,
@@ -104,8 +114,10 @@ def _passes(
     restart: bool,
     progress: Progress,
     started: float,
+    before: SteelBefore | None = None,
 ) -> PassResult:
-    """The passes themselves, and the result of the last, judged by all. started : by `working_time` [s]. Collective."""
+    """The passes themselves, and the result of the last, judged by all. started : by `working_time` [s];  before : what
+    they begin on, None: the casting, and their steel is not kept. Collective."""
     comm, of_case, began = MPI.COMM_WORLD, scene, working_time()
     progress.note(f"rigid wheel's path and mesh, elements of {settings.element_size * 1e3:g} mm")
     scene, aside = on_root(lambda: placed_across(of_case, settings))
@@ -120,7 +132,10 @@ def _passes(
             " yet (once, some minutes)"
         )
     wheel = wheel_behind(scene, settings)
-    carried, results = None, []
+    carried, worn, results = None, None, []
+    if before is not None:
+        owner = {"mesh": seal, "of": before.of}
+        carried, worn = steel_before(comm, before, mesh, scene.crossing.surface, owner)
     for number in range(1, settings.passes + 1):
         below = _folder_of(folder, number, settings.passes)
         passage = build_passage(comm, scene, settings, running, mesh, datum, start, aside, wheel)
@@ -143,9 +158,11 @@ def _passes(
             carried = steel_after(run)
             if below is not None:
                 on_root(partial(result.save, below))
-    left = falls(run)
+    left = falls(run, worn)
     if folder is not None:
         on_root(partial(write_arrays, folder, left))
+    if before is not None and folder is not None:
+        write_steel(comm, folder, steel_after(run), worn, owner)
     return judged_over_passes(result, results) if settings.passes > 1 else result
 
 

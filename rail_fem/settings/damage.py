@@ -11,7 +11,7 @@ from rail_fem.scene.scene import Count, Frozen, Wheel
 from rail_fem.scene.units import Quantity
 from rail_fem.settings.draws import Draw, Draws
 
-MOST_PASSES = 1e8
+MOST_PASSES, MOST_STOPS = 1e8, 200
 # of plastic flow: p0 / k at which ten passes of fe_full come to rest, what of the rest one of them does, [m]
 FLOW_LIMIT, FLOW_SHARE, FLOW_STEP = 7.0, 0.65, 50e-6
 # what a profile's reader asks for, and how the profile command is told it (0: the flange back of many files)
@@ -88,6 +88,13 @@ class Turning(Frozen):
     @classmethod
     def _wheel_is_there(cls, worn: str, info: ValidationInfo) -> str:
         return _checked_wheel(worn, info)
+
+
+class ExplicitFlow(Frozen):
+    """Plastic flow of a crossing in a life study by passes of fe_full, as [run.fe_full] has its numerics."""
+
+    every: Annotated[float, Quantity("", 1, MOST_PASSES, "passes of the study between two stops, the first before all")]
+    passes: Count = Field(10, ge=1, le=1000, description="of fe_full at each stop, by the most frequent kind of pass")
 
 
 class DamageSettings(Frozen):
@@ -190,6 +197,9 @@ class DamageSettings(Frozen):
     ] = FLOW_LIMIT
     flow_step: Annotated[float, Quantity("um", 1, 1000, "deepest plastic flow between two shapes")] = FLOW_STEP
     flow_share: Annotated[float, Quantity("", 0.01, 0.99, "of what is left to flow that one pass does")] = FLOW_SHARE
+    explicit: ExplicitFlow | None = Field(
+        None, description="flow of wing and nose by fe_full at stops, on the shape worn by then; none: by no passes"
+    )
     grindings: tuple[Years, ...] = Field(
         (), description="years at which the first shape is ground again: cracks go, height is lost"
     )
@@ -224,6 +234,11 @@ class DamageSettings(Frozen):
             self._refuse(
                 "plastic_flow: how hard the steel is after grindings or weldings is not known; leave one of them out"
             )
+        other = [name for name in ("plastic_flow", "flow", "grindings", "weldings") if getattr(self, name)]
+        if self.explicit and (other or self.site == "switch"):
+            self._refuse(f"explicit: flow of a crossing by fe_full alone; leave out {(*other, 'it')[0]}")
+        if self.explicit and self.passes > MOST_STOPS * self.explicit.every:
+            self._refuse(f"explicit.every: {self.passes / self.explicit.every:.4g} stops, at most {MOST_STOPS}")
         if self.plastic_flow and self.flow:
             self._refuse(
                 "plastic_flow: flow, a run's surface, holds the first passes' flow already; leave one of them out"

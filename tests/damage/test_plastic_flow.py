@@ -284,6 +284,20 @@ def test_what_would_flow_twice_is_refused(name, value):
         load_case(CASES / "crossing_flow.toml", {f"damage.{name}": value})
 
 
+def test_the_shipped_case_flows_where_its_wheel_does_not_land_again():
+    """On its whole path the same passes end after one or two, as grooves by the law roughen the nose."""
+    quick = {"damage.cells": 12, "damage.plan_spacing": "0.5 mm", "damage.patch_spacing": "4 mm"}
+    for changes in ({}, {"run.rigid_hertz.end": "700 mm"}):
+        case = load_case(CASES / "crossing_flow.toml", quick | changes)
+        site = crossing_site(case.scene, case.damage, case.runs["rigid_hertz"])
+        states = evolve(site, 2, stepping_of(case.damage))
+        if changes:
+            with pytest.raises(WornOutError, match="roughens"):
+                list(states)
+        else:
+            assert 0.3e-3 < list(states)[-1].worn.flow_depth < 0.6e-3
+
+
 # fall of the nose's running surface [um] after passes of fe_full on the same steel, elements of 4 mm, 260 to 470 mm of
 # cases/repeated_passes.toml without its tables "cyclic"; on 2 mm the first three are 1 to 5 % less
 EXPLICIT = {"P8-worn": {1: 438, 2: 538, 5: 613, 10: 644}, "P8": {1: 443, 2: 589, 5: 772, 10: 823}}
