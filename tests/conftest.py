@@ -17,10 +17,13 @@ OPTIONAL = (
 MISSING = frozenset(name for name in OPTIONAL if find_spec(name) is None)
 TESTS = Path(__file__).parent
 # Files of ten seconds and more come first, so that none of them is left over when the other worker has nothing to do.
-# The first two compile kernels of different rooms: two workers that begin with the same ones compile them both.
+# The first compile kernels of different rooms, and others than the gallery does meanwhile (.ci/run): who begin with the
+# same ones compile them all.
 FIRST = (
-    "test_docs.py",
+    "rail_fem/test_load_continuity.py",
     "fe/test_cyclic_element.py",
+    "test_docs.py",
+    "fe/test_card.py",
     "fe/test_passage.py",
     "rail_fem/test_readme.py",
     "rail_fem/test_figures.py",
@@ -47,7 +50,6 @@ FIRST = (
     "fe/test_stable_step.py",
     "fe/test_mirror.py",
     "rail_fem/test_bem_plastic.py",
-    "rail_fem/test_load_continuity.py",
     "test_fuzz.py",
     "fe/test_weak_form.py",
     "fe/test_sphere_impact.py",
