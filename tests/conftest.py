@@ -16,7 +16,8 @@ OPTIONAL = (
 )
 MISSING = frozenset(name for name in OPTIONAL if find_spec(name) is None)
 TESTS = Path(__file__).parent
-# Files of ten seconds and more come first, so that none of them is left over when the other worker has nothing to do.
+# Files of ten seconds and more come first, so that none of them is left over when the other worker has nothing to do;
+# those with several ranks, which wait busily, not before the gallery is made.
 # The first compile kernels of different rooms, and others than the gallery does meanwhile (.ci/run): who begin with the
 # same ones compile them all.
 FIRST = (
@@ -24,35 +25,31 @@ FIRST = (
     "fe/test_cyclic_element.py",
     "test_docs.py",
     "fe/test_card.py",
+    "rail_fem/test_figures.py",
+    "damage/test_section.py",
+    "rail_fem/test_bem_plastic.py",
+    "damage/test_crossing_evolution.py",
+    "geometry/test_section_path.py",
+    "fe/test_diverging.py",
+    "versus/test_plane_strain.py",
+    "geometry/test_mesh_loft.py",
+    "test_fuzz.py",
     "fe/test_passage.py",
     "rail_fem/test_readme.py",
-    "rail_fem/test_figures.py",
     "fe/test_restart.py",
-    "rail_fem/test_job.py",
-    "fe/test_repeated_passes.py",
-    "fe/test_body_masses.py",
-    "fe/test_window_end.py",
-    "fe/test_travelling_window.py",
-    "fe/test_error_twin.py",
-    "damage/test_section.py",
-    "rail_fem/test_estimate.py",
-    "geometry/test_mesh_loft.py",
+    "fe/test_static_start.py",
     "fe/test_crossing_by_sections.py",
-    "versus/test_plane_strain.py",
-    "rail_fem/test_crossing_section.py",
+    "fe/test_error_twin.py",
+    "fe/test_repeated_passes.py",
+    "rail_fem/test_job.py",
     "rail_fem/test_design_proof.py",
-    "damage/test_crossing_evolution.py",
-    "fe/test_ranks.py",
-    "fe/test_fields.py",
-    "fe/test_tight_rounding.py",
-    "rail_fem/test_wheelshape.py",
-    "rail_fem/test_crossing_files.py",
-    "fe/test_stable_step.py",
-    "fe/test_mirror.py",
-    "rail_fem/test_bem_plastic.py",
-    "test_fuzz.py",
-    "fe/test_weak_form.py",
-    "fe/test_sphere_impact.py",
+    "rail_fem/test_estimate.py",
+    "fe/test_initial_position.py",
+    "fe/test_travelling_window.py",
+    "test_layering.py",
+    "test_kernel_cache.py",
+    "geometry/test_step.py",
+    "rail_fem/test_crossing_section.py",
 )
 ROOMS = ("fe", "rail_fem", "damage", "versus", "export", "bem", "geometry")
 
@@ -80,12 +77,23 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: turn(item.path))
 
 
-def pytest_collection_finish():
-    """What was imported and collected stays to the end: the collector looks no more through it, which takes half a
-    second, at each mesh of dolfinx (rail_fem/fe/domain.py) and whenever else it comes by."""
+def stay() -> None:
+    """What is there now, imported, collected and compiled, stays to the end: the collector looks no more through it,
+    which takes half a second, at each mesh of dolfinx (rail_fem/fe/domain.py) and whenever else it comes by."""
     gc.collect()
     gc.freeze()
+
+
+def pytest_collection_finish():
+    stay()
     gc.enable()
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_teardown(item, nextitem):
+    yield
+    if nextitem is None or nextitem.path != item.path:
+        stay()
 
 
 def wanted_package(error: BaseException | None) -> str:
