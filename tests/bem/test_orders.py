@@ -1,5 +1,7 @@
 """The table of errors and observed orders against exact solutions (rail-fem study verification --only orders)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -23,6 +25,12 @@ def test_every_problem_of_the_table_has_an_order(monkeypatch):
     for row in rows:
         if "(Lame)" in row[0] or "(Kirsch)" in row[0] or "(Flamant)" in row[0]:
             assert float(row[-1]) > 1, row
+
+
+def test_errors_are_told_in_per_cent():
+    study = replace(BY_NAME["line contact (Hertz)"], sizes=(4, 8), phases=(1.0,), quantities=("a", "b"))
+    study = replace(study, errors=lambda size: np.array([0.08 / size, 0.16 / size**2]))
+    assert [row[3:] for row in lines_of(study)] == [["4: 2, 8: 1", "1.00"], ["4: 1, 8: 0.25", "2.00"]]
 
 
 @pytest.mark.validate

@@ -26,7 +26,10 @@ def test_table_and_figure_of_two_lengths_of_blocks(tmp_path, capsys):
     compare_pair(coarse, fine, tmp_path / "out")
     text = capsys.readouterr().out
     assert "102, 100 (+2.0%)" in text and "(+1.00%)" in text and "wing" not in text
-    assert "| nose, 350 to 400 mm | 100, 100 | +0.0% |" in text and "| nose, 400 to 450 mm | 102, 100 | +2.0% |" in text
+    assert (
+        "| nose, 350 to 400 mm | 100, 100 | +0.0% |" in text
+        and "| nose, 400 to 450 mm | 102, 100 | +2.0% | +2.0% | 2 (2.0%) |" in text
+    )
     assert (tmp_path / "out" / "compare_pair.md").read_text() == text
     assert (tmp_path / "out" / "compare_pair.png").stat().st_size > 10_000
 

@@ -7,6 +7,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.fe.contact.friction import material_flow
 from rail_fem.fe.lateral_guide import LateralGuide
+from rail_fem.fe.pass_supports import guide_across
 from rail_fem.fe.supports import RigidGroup, Supports
 from rail_fem.models import fe_full, rigid_hertz
 from rail_fem.passes.lateral_start import LateralStart, lateral_start
@@ -31,6 +32,13 @@ def axle(**changes):
 
 def scene():
     return load_case(example("nose_transfer"), {"scene.speed": "40 mph", "scene.diverging": ROUTE}).scene
+
+
+def test_vehicle_and_other_wheel_push_the_axle_together():
+    group = axle()
+    guide = guide_across(scene(), HELD._replace(force=4e3, other_push=-1.5e3), group)
+    assert guide.axle is group and group.load[1] == 2.5e3
+    assert group.lateral_mass == scene().vehicle.wheel_unsprung_mass
 
 
 def test_without_creep_the_wheelset_swings_on_the_check_rail_with_its_whole_mass():

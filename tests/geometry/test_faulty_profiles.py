@@ -157,7 +157,7 @@ def test_a_format_whose_axis_points_the_other_way_than_the_shape_is_doubted():
 
 def test_a_leaning_gauge_face_is_said_and_its_foot_stays_in_reach_of_a_flange():
     found = examine(raw(leaning_rail(), "rail", up=1))
-    assert says(found, "warning", "the gauge face leans over by 2.00 mm")
+    assert says(found, "warning", "the gauge face leans over by 2.00 mm, 15.8 mm below the crown")
     placed = Track(found.profile).placed("left")
     assert placed.is_graph
     whole, offset = found.profile.points, Track(found.profile).gauge_offset("left")

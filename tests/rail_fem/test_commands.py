@@ -89,6 +89,8 @@ def test_contact_points_of_the_command_are_those_of_the_search():
     found = json.loads(
         call("contact", "P8", "60E1", "--shift", "3 mm", "--inclination", "1:40", "--radius", "460 mm", "--json")
     )
+    told = call("contact", "P8", "60E1", "--shift", "3 mm", "--inclination", "1:40", "--radius", "460 mm")
+    assert "rolling radius [mm]" in told and len(told.splitlines()) >= 3
     search = geometry.ContactSearch(
         geometry.Wheelset(geometry.wheel_profile("P8"), radius=0.46), geometry.Track(geometry.rail_head("60E1", 1 / 40))
     )

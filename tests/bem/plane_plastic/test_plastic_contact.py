@@ -107,6 +107,8 @@ def test_bad_cells_are_refused_in_words():
     with pytest.raises(CellError, match="yields = 'both'"):
         press(LOAD, yields="both")
     contact = press(LOAD)
+    with pytest.raises(CellError, match="depth = -0.001"):
+        cells_below(contact.body.mesh, "face", np.zeros(2), 5e-3, -1e-3, 1e-4)
     with pytest.raises(CellError, match="widen it"):
         cells_below(contact.body.mesh, "face", np.zeros(2), 1e-6, 1e-3, 1e-4)
     with pytest.raises(CellError, match="boundary"):
