@@ -2,6 +2,7 @@
 kernels."""
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from kernel_cache import njit
 
@@ -74,16 +75,15 @@ def noise_level(points: np.ndarray) -> float:
     if len(points) < 8:
         return 0.0
     length = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    miss = []
-    for i in range(len(points) - 3):  # the fourth point against the parabola through the three before it
-        s = length[i : i + 4]
-        weight = np.array(
-            [-np.prod([(s[3] - s[k]) / (s[j] - s[k]) for k in range(3) if k != j]) for j in range(3)] + [1.0]
-        )
-        step = points[i + 3] - points[i]
-        normal = np.array([-step[1], step[0]]) / max(np.hypot(*step), SAME)
-        miss.append(abs(weight @ points[i : i + 4] @ normal) / np.sqrt(weight @ weight))
-    return float(np.median(miss) / 0.6745)
+    s = sliding_window_view(length, 4)  # (m, 4)
+    weight = np.ones(s.shape)  # of the fourth point against the parabola through the three before it
+    for j in range(3):
+        others = s[:, [k for k in range(3) if k != j]]
+        weight[:, j] = -np.prod((s[:, 3:] - others) / (s[:, j : j + 1] - others), axis=1)
+    step = points[3:] - points[:-3]
+    normal = np.column_stack([-step[:, 1], step[:, 0]]) / np.maximum(np.hypot(*step.T), SAME)[:, None]
+    miss = np.abs(np.einsum("mj,mkj,mk->m", weight, sliding_window_view(points, 4, axis=0), normal))
+    return float(np.median(miss / np.sqrt((weight**2).sum(axis=1))) / 0.6745)
 
 
 SHARP = np.radians(8.0)  # a turn that is less is no corner [rad]
