@@ -1,5 +1,6 @@
 """A profile as a file holds it, before anybody has judged its units, its side, its order or its datum."""
 
+import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -97,7 +98,7 @@ def numbers(words: list[str], path: Path, line: int, least: int = 2) -> list[flo
             value = float(word)
         except ValueError:
             raise ProfileError(f'{path}: line {line}: "{word}" is not a number') from None
-        if not np.isfinite(value):
+        if not math.isfinite(value):
             raise ProfileError(f'{path}: line {line}: "{word}" is not finite; take the point out or measure it again')
         values.append(value)
     return values
