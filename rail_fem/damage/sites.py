@@ -22,7 +22,7 @@ from rail_fem.damage.rolling import Rolling
 from rail_fem.damage.section import Passing, Section, scattered, sine_positions
 from rail_fem.damage.subsurface import SubsurfaceSteel, subsurface_fatigue
 from rail_fem.damage.traffic import Event, equivalent_tonnage, maintenance
-from rail_fem.damage.turning import wheels_between
+from rail_fem.damage.turning import wheels_between, wheels_on_line
 from rail_fem.damage.wear import Archard, WearLaw, dry_laws
 from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.processes.pool import Pool
@@ -121,12 +121,14 @@ def wheels_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, floa
     traffic, turning = traffic_of(scene, settings), settings.turning
     if turning is None or turning.until == 0:
         return traffic
-    worn = Wheel(profile=turning.worn)
-    return tuple(
-        (own.replace_si(wheel=wheel), share / turning.ages)
-        for own, share in traffic
-        for wheel in wheels_between(own.wheel, worn, turning.until, turning.ages)
-    )
+    made = []
+    for own, share in traffic:
+        if turning.line:
+            wheels = wheels_on_line(own, settings)
+        else:
+            wheels = wheels_between(own.wheel, Wheel(profile=turning.worn), turning.until, turning.ages)
+        made += [(own.replace_si(wheel=wheel), share / turning.ages) for wheel in wheels]
+    return tuple(made)
 
 
 def drawn_traffic(scene: Scene, fleet: DamageFleet) -> tuple[tuple[Scene, float], ...]:

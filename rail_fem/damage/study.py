@@ -68,7 +68,7 @@ def study_mark(case: Case, settings: DamageSettings) -> dict[str, Any]:
         kind["wheel"] = kind["wheel"] and _content(kind["wheel"])
     if damage["fleet"] and (wheels := damage["fleet"]["draw"].get(WHEEL)):
         wheels["of"] = [_content(wheel) for wheel in wheels["of"]]
-    if damage["turning"]:
+    if damage["turning"] and damage["turning"]["worn"]:
         damage["turning"]["worn"] = _content(damage["turning"]["worn"])
     mark = {"study": "damage", "version": VERSION, "definition": DEFINITION}
     mark |= {"scene": case.scene.plain(), "damage": damage, "run": runs}

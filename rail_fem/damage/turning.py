@@ -1,7 +1,8 @@
-"""Wheels at all ages between two turnings, for a life study: how they look when they are turned is given.
+"""Wheels at all ages between two turnings, for a life study: how they look when they are turned is given, or that of
+rail_fem.damage.line_wear.
 
 What a wheel loses over one crossing is nothing beside its way between two passes: its wear is that of its line, of
-curves and brakes, and is measured, not computed here. At constant wear a mile, wheels that come past at any moment are
+curves and brakes. At constant wear a mile, wheels that come past at any moment are
 of all depths between new and turned, each as frequent (renewal: Cox, Renewal Theory (1962), chapter 5, recalled), and
 the crossing sees the same mixture at all times, however many miles lie between two turnings.
 """
@@ -14,8 +15,10 @@ from dataclasses import replace
 import numpy as np
 
 from geometry.profiles.profile import Profile
-from rail_fem.scene.scene import Wheel
+from rail_fem.damage.line_wear import lowered, worn_on_line
+from rail_fem.scene.scene import Scene, Wheel
 from rail_fem.scene.wheel_profile import MeasuredWheel
+from rail_fem.settings.damage import DamageSettings
 
 
 def between(new: Profile, worn: Profile, part: float) -> Profile:
@@ -38,10 +41,31 @@ def between(new: Profile, worn: Profile, part: float) -> Profile:
 
 def wheels_between(wheel: Wheel, worn: Wheel, until: float, ages: int) -> tuple[Wheel, ...]:
     """(ages,) wheels in the middles of equal parts of the wear from a wheel to a share `until` of that of `worn`."""
-    made = []
-    for part in (np.arange(ages) + 0.5) / ages * until:
-        name = f"{wheel.name}, {part:.1%} worn to {worn.name}"
-        line = replace(between(wheel.shape, worn.shape, float(part)), label=name)
-        kept = MeasuredWheel(name, hashlib.sha256(line.points.tobytes()).hexdigest(), (), line)
-        made.append(Wheel.checked({"profile": name, "radius": wheel.radius}, {"kept": kept}))
+    return tuple(
+        worn_wheel(wheel, between(wheel.shape, worn.shape, float(part)), f"{part:.1%} worn to {worn.name}")
+        for part in middles(until, ages)
+    )
+
+
+def wheels_on_line(scene: Scene, settings: DamageSettings) -> tuple[Wheel, ...]:
+    """(ages,) wheels in the middles of equal parts of the way of the scene's wheel on straight line. Errors: those of
+    rail_fem.damage.line_wear."""
+    wheel, turning = scene.wheel, settings.turning
+    way, made = worn_on_line(scene, settings), []
+    for part in middles(turning.until, turning.ages):
+        line = between(wheel.shape, lowered(wheel.shape, way.y, way.after(float(part))), 1.0)
+        name = f"{part:.1%} of {way.distance[-1] / 1e3:.3g} km to {way.limit}"
+        made.append(worn_wheel(wheel, line, name))
     return tuple(made)
+
+
+def middles(until: float, ages: int) -> np.ndarray:
+    """(ages,) of equal parts of 0 to `until`."""
+    return (np.arange(ages) + 0.5) / ages * until
+
+
+def worn_wheel(wheel: Wheel, line: Profile, how: str) -> Wheel:
+    """A wheel that has become a line, how in words."""
+    name = f"{wheel.name}, {how}"
+    kept = MeasuredWheel(name, hashlib.sha256(line.points.tobytes()).hexdigest(), (), replace(line, label=name))
+    return Wheel.checked({"profile": name, "radius": wheel.radius}, {"kept": kept})

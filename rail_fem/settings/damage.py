@@ -77,17 +77,36 @@ class DamageFleet(Draws):
         return draw
 
 
+class LineWear(Frozen):
+    """Where a wheel wears between two turnings, by the law of the study, and when it is turned."""
+
+    deviation: Annotated[
+        float, Quantity("mm", 0.2, 10, "standard deviation of the wheelset's lateral position on straight line")
+    ] = 3e-3
+    hollow: Annotated[float, Quantity("mm", 0.05, 5, "of the tread at which it is turned; recalled")] = 2e-3
+    flange_height: Annotated[
+        float, Quantity("mm", 20, 40, "at which it is turned, from the tread datum; EN 15313, recalled")
+    ] = 36e-3
+
+
 class Turning(Frozen):
     """Wheels of a life study that come at all ages between two turnings."""
 
-    worn: str = Field(description="profile to which wheels wear, by name, or as a path beside the case file")
+    worn: str = Field("", description="profile to which wheels wear, by name, or as a path beside the case file")
+    line: LineWear | None = Field(None, description="in place of worn: they wear on straight line, up to a limit")
     until: Annotated[float, Quantity("", 0, 1, "of that wear, at which they are turned; 0: they stay new")] = 1.0
-    ages: Count = Field(3, ge=1, le=50, description="equal parts of the wear between two turnings, a wheel each")
+    ages: Count = Field(3, ge=1, le=50, description="equal parts of the way between two turnings, a wheel each")
 
     @field_validator("worn")
     @classmethod
     def _wheel_is_there(cls, worn: str, info: ValidationInfo) -> str:
-        return _checked_wheel(worn, info)
+        return _checked_wheel(worn, info) if worn else ""
+
+    @model_validator(mode="after")
+    def _one_way_to_wear(self) -> Self:
+        if bool(self.worn) == (self.line is not None):
+            raise PydanticCustomError("damage", "turning: give either worn, a profile, or a table turning.line")
+        return self
 
 
 class ExplicitFlow(Frozen):

@@ -1,0 +1,104 @@
+"""Wheels that wear on straight line and are turned at a limit: what they lose, steps and positions halved, refusals."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geometry.profiles.wheel import wheel_profile
+from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.damage import line_wear
+from rail_fem.damage.line_wear import LINES, STEP, flange_height, hollow, lost_in_a_turn, lowered, worn_on_line
+from rail_fem.damage.sites import wheels_of
+from rail_fem.damage.study import study_mark
+from rail_fem.damage.wear import dry_laws
+from rail_fem.damage.wheel_wear import wheel_lines
+from rail_fem.result.runfolder import digest
+
+CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
+Y = wheel_lines(LINES)
+
+
+def turned(wheel="P8", hollow="0.05 mm", **changes):
+    line = {"hollow": hollow, **changes.pop("line", {})}
+    return load_case(CASE, {"scene.wheel.profile": wheel, "damage.turning": {"line": line, "ages": 2} | changes})
+
+
+def test_limits_of_a_wheel_are_those_of_its_drawing_and_of_what_was_taken_off():
+    """S1002: flange 28 mm (EN 13715); 1 mm off a band of the tread that is conical: 1 mm hollow, and the flange 1 mm
+    higher where the band holds the datum."""
+    new = wheel_profile("S1002")
+    assert flange_height(new) == pytest.approx(28e-3, abs=1e-5) and hollow(new) < 1e-9
+    band = np.where(np.abs(Y - 2e-3) < 8e-3, 1e-3, 0.0)
+    worn = lowered(new, Y, band)
+    assert flange_height(worn) - flange_height(new) == pytest.approx(1e-3, rel=1e-3)
+    slope = new.height(np.array([11e-3]))[0] - new.height(np.array([10e-3]))[0]
+    assert hollow(worn) == pytest.approx(1e-3 - slope, abs=0.1e-3)
+
+
+def test_a_turn_takes_what_its_patches_take_and_no_friction_takes_nothing(monkeypatch):
+    """Of one position: the section lost is that of the strips of the left wheel; positions of a normal law count by
+    it."""
+    case = turned()
+    line, law, wheel = case.damage.turning.line, dry_laws(case.damage.wheel_hardness)["archard"], case.scene.wheel.shape
+    seen, rolled = [], line_wear.roll
+
+    def record(*args):
+        points = rolled(*args)
+        seen.append([p for p in points if p.side == "left"])
+        return points
+
+    monkeypatch.setattr(line_wear, "roll", record)
+    lost = lost_in_a_turn(wheel, case.scene, law, line, Y)
+    own = [
+        sum((law.depth(p.patch, p.speed) * p.patch.grid.dy * np.cos(p.angle)).sum() for p in points) for points in seen
+    ]
+    shares = np.exp(-(np.linspace(-3, 3, 33) ** 2) / 2)
+    assert lost.sum() * LINES == pytest.approx(np.dot(shares / shares.sum(), own), rel=0.02)
+    slippery = case.scene.replace(friction=0.0)
+    assert not lost_in_a_turn(wheel, slippery, law, line, Y).any()
+    with pytest.raises(ValueError, match="meets no limit"):
+        worn_on_line(slippery, case.damage)
+
+
+def test_wheels_come_at_all_ages_of_their_way():
+    """Equal parts of the way, not of the wear: deeper with age, each as frequent; up to half of it, the first half."""
+    case = turned()
+    way = worn_on_line(case.scene, case.damage)
+    assert way.limit == "hollow 0.05 mm" and (np.diff(way.distance) > 0).all() and way.distance[-1] > 100e3
+    young, old = (own.wheel for own, _ in wheels_of(case.scene, case.damage))
+    assert [share for _, share in wheels_of(case.scene, case.damage)] == [0.5, 0.5]
+    at = np.array([way.y[way.lost[-1].argmax()]])
+    rose = lambda wheel: wheel.shape.height(at)[0] - case.scene.wheel.shape.height(at)[0]
+    assert 0 < rose(young) < rose(old) < way.lost[-1].max()
+    assert way.after(1.0) == pytest.approx(way.lost[-1]) and not way.after(0.0).any()
+    assert "25.0% of" in young.name and "km to hollow" in young.name
+    half = wheels_of(case.scene, turned(until=0.5).damage)
+    assert "12.5% of" in half[0][0].wheel.name
+
+
+def test_a_study_is_another_one_by_each_key_and_what_does_not_fit_is_refused():
+    marks = [
+        turned(),
+        turned(hollow="0.06 mm"),
+        turned(line={"deviation": "2 mm"}),
+        turned(line={"flange_height": "32 mm"}),
+    ]
+    assert len({digest(study_mark(case, case.damage)) for case in marks}) == 4
+    for turning in ({}, {"worn": "P1", "line": {}}):
+        with pytest.raises(CaseError, match="either worn, a profile, or a table turning.line"):
+            load_case(CASE, {"damage.turning": turning})
+    with pytest.raises(ValueError, match="due for turning as it is: hollow 0.5 mm"):
+        worn_on_line(turned("P8-hollow", "0.5 mm").scene, turned("P8-hollow", "0.5 mm").damage)
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize(("name", "finer"), [("STEP", STEP / 2), ("POSITIONS", 65)])
+def test_half_the_step_and_twice_the_positions_change_little(monkeypatch, name, finer):
+    """To 0.3 mm of hollow: the way, and the shape in parts of its deepest, by a tenth at most."""
+    case = turned(hollow="0.3 mm")
+    first = worn_on_line(case.scene, case.damage)
+    monkeypatch.setattr(line_wear, name, finer)
+    second = worn_on_line.__wrapped__(case.scene, case.damage)
+    assert second.distance[-1] == pytest.approx(first.distance[-1], rel=0.1)
+    assert np.abs(second.lost[-1] - first.lost[-1]).max() < 0.1 * first.lost[-1].max()
