@@ -56,8 +56,7 @@ ROOMS = ("fe", "rail_fem", "damage", "versus", "export", "bem", "geometry")
 
 def pytest_configure(config):
     """Ranks that wait give way to the other worker's tests; files run in the order below, not by their number of
-    tests. While they are collected the collector of garbage has nothing to find."""
-    gc.disable()
+    tests."""
     os.environ.setdefault("OMPI_MCA_mpi_yield_when_idle", "1")
     if hasattr(config.option, "loadscopereorder"):
         config.option.loadscopereorder = False
@@ -84,7 +83,10 @@ def stay() -> None:
     gc.freeze()
 
 
-def pytest_collection_finish():
+@pytest.hookimpl(hookwrapper=True)
+def pytest_collection():
+    gc.disable()  # it makes no garbage
+    yield
     stay()
     gc.enable()
 
