@@ -90,12 +90,12 @@ def lost_in_a_turn(wheel: Profile, scene: Scene, law: WearLaw, line: LineWear, y
 
 
 @cache
-def worn_on_line(scene: Scene, settings: DamageSettings) -> LineWorn:
+def worn_on_line(scene: Scene, settings: DamageSettings, line: LineWear) -> LineWorn:
     """The way of the scene's wheel to a limit, by the study's law. Errors: ValueError where none is met.
 
     Error: some 10 % of the way by steps and positions (tests/damage/test_line_wear.py), beside the law's own factor.
     """
-    line, y, new = settings.turning.line, wheel_lines(LINES), scene.wheel.shape
+    y, new = wheel_lines(LINES), scene.wheel.shape
     law = dry_laws(settings.wheel_hardness)[settings.law]
     around = float(circumference(scene, np.zeros(1))[0])
     distance, lost, over = [0.0], [np.zeros(len(y))], [beyond(new, line)]

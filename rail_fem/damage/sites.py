@@ -124,7 +124,7 @@ def wheels_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, floa
     made = []
     for own, share in traffic:
         if turning.line:
-            wheels = wheels_on_line(own, settings)
+            wheels = wheels_on_line(own, settings, turning, turning.line)
         else:
             wheels = wheels_between(own.wheel, Wheel(profile=turning.worn), turning.until, turning.ages)
         made += [(own.replace_si(wheel=wheel), share / turning.ages) for wheel in wheels]

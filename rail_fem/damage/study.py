@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from rail_fem.processes.progress import Progress
 from rail_fem.result.runfolder import digest, held, prepare_folder
 from rail_fem.scene.scene import Wheel
 from rail_fem.settings.damage import MOST_PASSES, WHEEL, DamageSettings
+from rail_fem.settings.explicit import FeSettings
 from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.show.style import in_lines
 
@@ -117,7 +118,7 @@ def explicit_stops(case: Case, settings: DamageSettings, folder: Path, identity:
         return None
     if (numerics := case.runs.get(MODEL)) is None:
         raise StudyError(f"{case.path}: damage.explicit: has no table [run.{MODEL}] for its passes; write one")
-    return ExplicitStops(settings.explicit, numerics, settings.passes, folder / "explicit", identity)
+    return ExplicitStops(settings.explicit, cast(FeSettings, numerics), settings.passes, folder / "explicit", identity)
 
 
 def _wear(settings, site, explicit, folder, goes_on, identity, progress, say) -> tuple[Evolution, Any]:

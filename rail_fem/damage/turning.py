@@ -18,7 +18,7 @@ from geometry.profiles.profile import Profile
 from rail_fem.damage.line_wear import lowered, worn_on_line
 from rail_fem.scene.scene import Scene, Wheel
 from rail_fem.scene.wheel_profile import MeasuredWheel
-from rail_fem.settings.damage import DamageSettings
+from rail_fem.settings.damage import DamageSettings, LineWear, Turning
 
 
 def between(new: Profile, worn: Profile, part: float) -> Profile:
@@ -47,11 +47,10 @@ def wheels_between(wheel: Wheel, worn: Wheel, until: float, ages: int) -> tuple[
     )
 
 
-def wheels_on_line(scene: Scene, settings: DamageSettings) -> tuple[Wheel, ...]:
+def wheels_on_line(scene: Scene, settings: DamageSettings, turning: Turning, line: LineWear) -> tuple[Wheel, ...]:
     """(ages,) wheels in the middles of equal parts of the way of the scene's wheel on straight line. Errors: those of
     rail_fem.damage.line_wear."""
-    wheel, turning = scene.wheel, settings.turning
-    way, made = worn_on_line(scene, settings), []
+    wheel, way, made = scene.wheel, worn_on_line(scene, settings, line), []
     for part in middles(turning.until, turning.ages):
         line = between(wheel.shape, lowered(wheel.shape, way.y, way.after(float(part))), 1.0)
         name = f"{part:.1%} of {way.distance[-1] / 1e3:.3g} km to {way.limit}"

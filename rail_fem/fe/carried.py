@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from scipy.ndimage import map_coordinates
@@ -92,14 +93,16 @@ def steel_before(
     node so far [m], on root. mesh : root only. Collective. Errors: SealError for a file that is damaged or another's.
     """
 
+    folder = before.folder
+    if folder is None:
+        return None, np.zeros(0 if mesh is None else len(mesh.points))
+
     def read() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        stored, _ = read_sealed(before.folder / STEEL, identity, "begin again with --overwrite")
-        points, total = stored["points"], height_off(mesh, stored["points"], crossing, before)
+        stored, _ = read_sealed(folder / STEEL, identity, "begin again with --overwrite")
+        points, total = stored["points"], height_off(cast(HexMesh, mesh), stored["points"], crossing, before)
         points[:, 2] -= total - stored["worn"]
         return points, stored["state"], total
 
-    if before.folder is None:
-        return None, np.zeros(0 if mesh is None else len(mesh.points))
     points, state, worn = on_root(read)
     blocks = [rows[slice(*block_starts(len(rows), comm.size)[comm.rank : comm.rank + 2])] for rows in (points, state)]
     return CarriedSteel(*blocks), worn
@@ -112,7 +115,8 @@ def height_off(mesh: HexMesh, points: np.ndarray, crossing: AnyCrossing, before:
     out = np.zeros(len(points))
     for body in CROSSING:
         nodes = np.unique(mesh.cells[mesh.region == body])
-        top = crossing.heights(*np.ascontiguousarray(mesh.points[nodes, :2].T), REGIONS[body])
+        across, along = np.ascontiguousarray(mesh.points[nodes, 1]), np.ascontiguousarray(mesh.points[nodes, 0])
+        top = crossing.heights(along, across, REGIONS[body])
         part = np.clip(1 - (top - mesh.points[nodes, 2]) / FADES, 0, 1)
         worn = map_coordinates(before.worn[body], [at[0][nodes], at[1][nodes]], order=1, mode="constant")
         out[nodes] = np.where(top > 0.5 * NO_METAL, part * worn, 0.0)

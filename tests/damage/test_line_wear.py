@@ -58,13 +58,13 @@ def test_a_turn_takes_what_its_patches_take_and_no_friction_takes_nothing(monkey
     slippery = case.scene.replace(friction=0.0)
     assert not lost_in_a_turn(wheel, slippery, law, line, Y).any()
     with pytest.raises(ValueError, match="meets no limit"):
-        worn_on_line(slippery, case.damage)
+        worn_on_line(slippery, case.damage, line)
 
 
 def test_wheels_come_at_all_ages_of_their_way():
     """Equal parts of the way, not of the wear: deeper with age, each as frequent; up to half of it, the first half."""
     case = turned()
-    way = worn_on_line(case.scene, case.damage)
+    way = worn_on_line(case.scene, case.damage, case.damage.turning.line)
     assert way.limit == "hollow 0.05 mm" and (np.diff(way.distance) > 0).all() and way.distance[-1] > 100e3
     young, old = (own.wheel for own, _ in wheels_of(case.scene, case.damage))
     assert [share for _, share in wheels_of(case.scene, case.damage)] == [0.5, 0.5]
@@ -89,7 +89,7 @@ def test_a_study_is_another_one_by_each_key_and_what_does_not_fit_is_refused():
         with pytest.raises(CaseError, match="either worn, a profile, or a table turning.line"):
             load_case(CASE, {"damage.turning": turning})
     with pytest.raises(ValueError, match="due for turning as it is: hollow 0.5 mm"):
-        worn_on_line(turned("P8-hollow", "0.5 mm").scene, turned("P8-hollow", "0.5 mm").damage)
+        wheels_of(turned("P8-hollow", "0.5 mm").scene, turned("P8-hollow", "0.5 mm").damage)
 
 
 @pytest.mark.validate
@@ -97,8 +97,9 @@ def test_a_study_is_another_one_by_each_key_and_what_does_not_fit_is_refused():
 def test_half_the_step_and_twice_the_positions_change_little(monkeypatch, name, finer):
     """To 0.3 mm of hollow: the way, and the shape in parts of its deepest, by a tenth at most."""
     case = turned(hollow="0.3 mm")
-    first = worn_on_line(case.scene, case.damage)
+    asked = case.scene, case.damage, case.damage.turning.line
+    first = worn_on_line(*asked)
     monkeypatch.setattr(line_wear, name, finer)
-    second = worn_on_line.__wrapped__(case.scene, case.damage)
+    second = worn_on_line.__wrapped__(*asked)
     assert second.distance[-1] == pytest.approx(first.distance[-1], rel=0.1)
     assert np.abs(second.lost[-1] - first.lost[-1]).max() < 0.1 * first.lost[-1].max()
