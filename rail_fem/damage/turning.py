@@ -52,9 +52,9 @@ def wheels_on_line(scene: Scene, settings: DamageSettings, turning: Turning, lin
     rail_fem.damage.line_wear."""
     wheel, way, made = scene.wheel, worn_on_line(scene, settings, line), []
     for part in middles(turning.until, turning.ages):
-        line = between(wheel.shape, lowered(wheel.shape, way.y, way.after(float(part))), 1.0)
+        shape = between(wheel.shape, lowered(wheel.shape, way.y, way.after(float(part))), 1.0)
         name = f"{part:.1%} of {way.distance[-1] / 1e3:.3g} km to {way.limit}"
-        made.append(worn_wheel(wheel, line, name))
+        made.append(worn_wheel(wheel, shape, name))
     return tuple(made)
 
 
