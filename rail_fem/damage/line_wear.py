@@ -1,9 +1,10 @@
 """A wheel that wears on straight line between two turnings, by the law of the study.
 
 At every state the wheelset rolls freely at lateral positions of a normal law, as they follow one another on straight
-line, over new 56E1 rails at 1:20; a point of the profile loses what the patches of one turn take there, by each
-position's share. The shape goes on by steps of its deepest wear until it is one at which wheels are turned. Curves,
-brakes and rails that wear are not in it: a flange keeps its thickness, and the way is that of the law and its factor.
+line, over new 56E1 rails at 1:20; those at which a flange would carry are cut off. A point of the profile loses what
+the patches of one turn take there, by each position's share. The shape goes on by steps of its deepest wear until it is
+one at which wheels are turned. Curves, brakes and rails that wear are not in it: a flange keeps its thickness, and the
+way is that of the law and its factor.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from rail_fem.settings.damage import DamageSettings, LineWear
 
 STEP = 25e-6  # deepest wear between two shapes [m]
 POSITIONS, REACH = 33, 3.0  # lateral positions, evenly over so many deviations to each side
+FLANGE = np.radians(35)  # angle of a contact from which on a flange carries: straight line does not come there
 SPREAD = 0.5e-3  # standard deviation by which wear is spread over the profile [m]
 LINES, CELLS = 0.25e-3, 24  # between the profile's points that wear [m]; cells of a patch, each way
 TREAD = -30e-3  # from where to the field side the tread lies [m]
@@ -75,18 +77,20 @@ def beyond(wheel: Profile, line: LineWear) -> tuple[float, str]:
 def lost_in_a_turn(wheel: Profile, scene: Scene, law: WearLaw, line: LineWear, y: np.ndarray) -> np.ndarray:
     """(n,) mean depth [m] that a turn of the wheel takes off its profile at y (n,) [m]."""
     search = ContactSearch(Wheelset(wheel, radius=scene.wheel.radius), Track.plain_line(gauge=scene.gauge))
-    away, out = np.linspace(-REACH, REACH, POSITIONS), np.zeros((2, len(y)))
-    shares = np.exp(-(away**2) / 2) / np.exp(-(away**2) / 2).sum()
+    away, out, total = np.linspace(-REACH, REACH, POSITIONS), np.zeros((2, len(y))), 0.0
     load = scene.static_wheel_load
     rolling = Rolling(scene.speed, scene.friction, cells=CELLS)
-    for shift, share in zip(away * line.deviation, shares, strict=True):
-        state = equilibrium_near(search, (load, load), float(shift), 0.0)
-        for point in roll(search, state, rolling):
+    for shift, share in zip(away * line.deviation, np.exp(-(away**2) / 2), strict=True):
+        points = roll(search, equilibrium_near(search, (load, load), float(shift), 0.0), rolling)
+        if max(abs(point.angle) for point in points) > FLANGE:
+            continue
+        total += share
+        for point in points:
             if point.side == "left":  # the right wheel is its mirror image, at the opposite position
                 strips = share * law.depth(point.patch, scene.speed) * point.patch.grid.dy
                 width = point.patch.grid.dy * np.cos(point.angle)
                 deposit_across(np.zeros(1, int), np.array([point.station]), np.array([width]), strips[None], y, out)
-    return gaussian_filter1d(out[0], SPREAD / (y[1] - y[0]), mode="nearest")
+    return gaussian_filter1d(out[0] / max(total, 1e-30), SPREAD / (y[1] - y[0]), mode="nearest")
 
 
 @cache

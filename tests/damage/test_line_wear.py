@@ -8,7 +8,7 @@ import pytest
 from geometry.profiles.wheel import wheel_profile
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.damage import line_wear
-from rail_fem.damage.line_wear import LINES, STEP, flange_height, hollow, lost_in_a_turn, lowered, worn_on_line
+from rail_fem.damage.line_wear import FLANGE, LINES, STEP, flange_height, hollow, lost_in_a_turn, lowered, worn_on_line
 from rail_fem.damage.sites import wheels_of
 from rail_fem.damage.study import study_mark
 from rail_fem.damage.wear import dry_laws
@@ -44,16 +44,16 @@ def test_a_turn_takes_what_its_patches_take_and_no_friction_takes_nothing(monkey
     seen, rolled = [], line_wear.roll
 
     def record(*args):
-        points = rolled(*args)
-        seen.append([p for p in points if p.side == "left"])
-        return points
+        seen.append(rolled(*args))
+        return seen[-1]
 
     monkeypatch.setattr(line_wear, "roll", record)
     lost = lost_in_a_turn(wheel, case.scene, law, line, Y)
-    own = [
-        sum((law.depth(p.patch, p.speed) * p.patch.grid.dy * np.cos(p.angle)).sum() for p in points) for points in seen
-    ]
     shares = np.exp(-(np.linspace(-3, 3, 33) ** 2) / 2)
+    shares[[max(abs(p.angle) for p in points) > FLANGE for points in seen]] = 0.0
+    assert 25 < np.count_nonzero(shares) <= 33
+    left = [[p for p in points if p.side == "left"] for points in seen]
+    own = [sum((law.depth(p.patch, p.speed) * p.patch.grid.dy * np.cos(p.angle)).sum() for p in side) for side in left]
     assert lost.sum() * LINES == pytest.approx(np.dot(shares / shares.sum(), own), rel=0.02)
     slippery = case.scene.replace(friction=0.0)
     assert not lost_in_a_turn(wheel, slippery, law, line, Y).any()
