@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from bem.material import Elastic
 from rail_fem.case.casefile import load_case
 from rail_fem.fe.mass_scaling import choose_scaling
 from rail_fem.fe.meshing import make_mesh
@@ -11,8 +12,10 @@ from rail_fem.fe.passage import build_passage, start_velocities
 from rail_fem.fe.running import running_of
 from rail_fem.fe.static_start import LOAD_ERROR, settle_in_place
 from rail_fem.models import fe_full
+from rail_fem.scene.wheel_body import WheelBody
 from rail_fem.settings.explicit import FeSettings, FeWindowSettings
 from rail_fem.settings.light import unfit_parts
+from rail_fem.static_fe.wheel_base import condensed_wheel
 from tests.fe.elastic_wheel import coarse_wheel, on_elastic_wheel
 from tests.rail_fem.test_readme import ROOT
 
@@ -124,3 +127,9 @@ def test_what_an_elastic_wheel_is_refused_for(scene):
         fe_full.wheel_behind(scene, deep)
     with pytest.raises(ValueError, match="a wheel from a mesh file ends where it is held"):
         fe_full.wheel_behind(scene, SETTINGS.model_copy(update={"mesh": "wheel.msh"}))
+
+
+def test_a_rim_that_ends_within_the_wheels_mesh_is_refused():
+    steel = Elastic(206e9, 0.29)
+    with pytest.raises(ValueError, match="the rim is 60 mm deep, the wheel's mesh 70 mm"):
+        condensed_wheel(WheelBody(rim_depth="60 mm"), 0.425, 70e-3, 0.1, steel, 7850.0, 1e3)

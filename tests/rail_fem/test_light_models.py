@@ -14,7 +14,7 @@ from rail_fem.contact.contact_table import contact_table, hertz_constants, patch
 from rail_fem.contact.intersection import equivalent_paraboloid
 from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
 from rail_fem.passes.plastic_indentation import contacts_of
-from rail_fem.passes.validity import hertz_flags
+from rail_fem.passes.validity import hertz_flags, lift_flags
 from rail_fem.passes.vertical_dynamics import integrate
 from rail_fem.passes.vertical_pass import run_pass
 from rail_fem.result.result import PatchSummary
@@ -130,6 +130,14 @@ def test_contacts_beside_their_patch_are_flagged_and_those_in_its_middle_are_not
         and "50%" in found["beside"][0]["reason"]
         and "90%" in found["beside"][0]["reason"]
     )
+
+
+def test_lift_off_says_how_often_and_how_long():
+    """Three steps of 0.1 ms, then five."""
+    force = np.full((1, 20), 80e3)
+    force[0, 4:7] = force[0, 10:15] = 0.0
+    (flag,) = lift_flags(SimpleNamespace(force=force, step=1e-4), 80e3)
+    assert flag["reason"].startswith("the wheel lifts off 2 time(s), 0.8 ms in all")
 
 
 def test_elastic_contact_is_harder_and_harder_steel_too(scene):
