@@ -98,8 +98,10 @@ def run_study(
 ) -> None:
     """Do the study of a case in `folder`. Errors: StudyError, RunFolderError, WearError, OSError."""
     if case.damage is None:
-        raise StudyError(f'{case.path}: has no table [damage]; write one, e.g.\n[damage]\nhardness = "2.8 GPa"')
+        raise StudyError('has no table [damage]; write one, e.g.\n[damage]\nhardness = "2.8 GPa"')
     settings = case.damage if passes is None else case.damage.replace(passes=passes)
+    if settings.explicit and MODEL not in case.runs:
+        raise StudyError(f"damage.explicit: no table [run.{MODEL}] for its passes; write one")
     mark = study_mark(case, settings)
     with held(folder):
         goes_on = prepare_folder(folder, mark, restart, overwrite)
@@ -113,12 +115,12 @@ def run_study(
 
 
 def explicit_stops(case: Case, settings: DamageSettings, folder: Path, identity: str) -> ExplicitStops | None:
-    """Where passes of fe_full come between those of the study; None: nowhere. Errors: StudyError."""
+    """Where passes of fe_full come between those of the study; None: nowhere."""
     if settings.explicit is None:
         return None
-    if (numerics := case.runs.get(MODEL)) is None:
-        raise StudyError(f"{case.path}: damage.explicit: has no table [run.{MODEL}] for its passes; write one")
-    return ExplicitStops(settings.explicit, cast(FeSettings, numerics), settings.passes, folder / "explicit", identity)
+    return ExplicitStops(
+        settings.explicit, cast(FeSettings, case.runs[MODEL]), settings.passes, folder / "explicit", identity
+    )
 
 
 def _wear(settings, site, explicit, folder, goes_on, identity, progress, say) -> tuple[Evolution, Any]:

@@ -105,7 +105,7 @@ class Turning(Frozen):
     @model_validator(mode="after")
     def _one_way_to_wear(self) -> Self:
         if bool(self.worn) == (self.line is not None):
-            raise PydanticCustomError("damage", "turning: give either worn, a profile, or a table turning.line")
+            raise ValueError("give either worn, a profile, or a table turning.line")
         return self
 
 
