@@ -66,17 +66,19 @@ class ExplicitStops:
         flow, _ = read_flow(folder, one.scene, site.grid)
         return replace(site, flow=flow)
 
-    def rows(self, site: CrossingSite) -> list[dict[str, float]]:
-        """Of each stop: passes of the study before it, deepest flow of wing and nose [m], impact of its last explicit
-        pass [N], and what that pass has added to the integral of plastic strain in the nose [m3]."""
-        found, before = [], 0.0
+    def rows(self, site: CrossingSite) -> list[dict[str, Any]]:
+        """Of each stop: passes of the study before it, the kind of its explicit passes and between which x they tell
+        their flow [m], deepest flow of wing and nose [m], impact of the last [N], and what that one has added to the
+        integral of plastic strain in the nose [m3]."""
+        found, before, kind = [], 0.0, most_frequent(site).label
         for stop in range(len(self.ends)):
             result = load(self.folder_of(stop))
-            (wing, nose), _ = read_flow(self.folder_of(stop), result.scene, site.grid)
+            (wing, nose), (low, high) = read_flow(self.folder_of(stop), result.scene, site.grid)
             every = result.passes or (reported(result),)
             strain = [before, *(one.get("integral_nose", 0.0) for one in every)]
-            row = {"passes": stop * self.settings.every, "wing": float(wing.max()), "nose": float(nose.max())}
-            found.append(row | {"impact": every[-1]["impact_on_wheel"], "added": strain[-1] - strain[-2]})
+            row = {"passes": stop * self.settings.every, "kind": kind, "start": low, "end": high}
+            row |= {"wing": float(wing.max()), "nose": float(nose.max()), "impact": every[-1]["impact_on_wheel"]}
+            found.append(row | {"added": strain[-1] - strain[-2]})
             before = strain[-1]
         return found
 

@@ -54,8 +54,13 @@ def study_report(title: str, settings: DamageSettings, found: dict[str, Any]) ->
     if not crossing:
         hardest = sorted(found["contacts"], key=lambda c: -c["tgamma"])[:4]
         blocks += ["## Hardest contacts at first", table_of([*map(_contact_row, hardest)])]
-    if stops := found.get("explicit"):
-        blocks += ["## Plastic flow by fe_full", table_of([*map(_stop_row, stops)])]
+    if settings.explicit:
+        stops = found["explicit"]
+        words = (
+            f"At each stop {settings.explicit.passes} pass(es) of {stops[0]['kind']}, told from x ="
+            f" {stops[0]['start'] * MM:.0f} to {stops[0]['end'] * MM:.0f} mm, their last sections held beyond."
+        )
+        blocks += ["## Plastic flow by fe_full", words, table_of([*map(_stop_row, stops)])]
     return page_of([*blocks, *_limits(settings, found.get("flow_before"))])
 
 
@@ -289,7 +294,7 @@ def _limits(settings: DamageSettings, before: dict[str, float] | None = None) ->
     ]
 
 
-def _stop_row(stop: dict[str, float]) -> dict[str, str]:
+def _stop_row(stop: dict[str, Any]) -> dict[str, str]:
     return {
         "after passes": f"{stop['passes']:.6g}",
         "deepest flow of wing, nose [\u00b5m]": f"{stop['wing'] * UM:.3g}, {stop['nose'] * UM:.3g}",

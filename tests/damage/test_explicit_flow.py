@@ -98,6 +98,7 @@ def test_a_kill_in_a_stop_or_behind_it_changes_no_bit(tmp_path, monkeypatch):
     run_study(CASE, None, tmp_path / "whole", False, False, lambda words: None)
     report = (tmp_path / "whole" / "report.md").read_text()
     assert "Plastic flow by fe_full" in report and "held from stop to stop" in report
+    assert "At each stop 1 pass(es) of P8-worn at 75 mph, told from x = 335 to 345 mm" in report
     goes_on, calls = fe_full.solve_on, []
 
     class Stopped(Exception):
