@@ -51,7 +51,7 @@ def read_flow(
     x, y = np.meshgrid(*grid, indexing="ij")
     out = np.zeros((len(BODIES), *x.shape))
     for b, body in enumerate(BODIES):
-        if f"{body}_lowered" in archive:
+        if archive.get(f"{body}_lowered", np.zeros(0)).size:
             out[b] = _field(archive, body)((x, y))
     return held_beyond(out, np.array([low, high]), grid[0]), (low, high)
 

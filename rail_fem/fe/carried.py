@@ -92,7 +92,6 @@ def steel_before(
     """Each rank's block of the steel that passes begin on, None: as it was cast; and the height (n,) taken off each
     node so far [m], on root. mesh : root only. Collective. Errors: SealError for a file that is damaged or another's.
     """
-
     folder = before.folder
     if folder is None:
         return None, np.zeros(0 if mesh is None else len(mesh.points))

@@ -158,11 +158,10 @@ def _passes(
             carried = steel_after(run)
             if below is not None:
                 on_root(partial(result.save, below))
-    left = falls(run, worn)
     if folder is not None:
-        on_root(partial(write_arrays, folder, left))
-    if before is not None and folder is not None:
-        write_steel(comm, folder, steel_after(run), worn, owner)
+        on_root(partial(write_arrays, folder, falls(run, worn)))
+        if before is not None:
+            write_steel(comm, folder, steel_after(run), worn, owner)
     return judged_over_passes(result, results) if settings.passes > 1 else result
 
 

@@ -112,6 +112,13 @@ def test_a_life_can_begin_on_the_surface_that_the_passes_have_left(passes):
         assert field[(x > low) & (x < high)].max() == pytest.approx(reported, rel=0.15, abs=2e-6)
         assert np.array_equal(field[x > 0.35], np.broadcast_to(field[x > 0.35][0], field[x > 0.35].shape))
     assert flow.max() > 20e-6
+    with np.load(folder / "plastic.npz") as stored:
+        alone = dict(stored) | {"wing_at": np.zeros((0, 2)), "wing_lowered": np.zeros(0)}  # a body that is not meshed
+    (folder / "alone").mkdir()
+    result.save(folder / "alone")
+    np.savez(folder / "alone" / "plastic.npz", **alone)
+    nose, _ = read_flow(folder / "alone", SCENE, (x, y))
+    assert not nose[0].any() and np.array_equal(nose[1], flow[1])
 
 
 def test_ten_passes_foretell_a_hundred_where_strain_still_grows(passes):
