@@ -12,6 +12,7 @@ import numpy as np
 
 from kernel_cache import njit
 
+STEEPEST = np.radians(60)  # angle of a face, beyond which a plan is too coarse to say much
 SPREAD = 1 / np.sqrt(3)  # of a depth, over the spacing of the grid
 EDGE = 2  # lines at each border that must hold no depth, so that the volume lies within the grid
 

@@ -17,6 +17,7 @@ import numpy as np
 from bem.patch import Patch
 from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import BODIES, NO_METAL
+from geometry.surfaces.depth_field import STEEPEST
 from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
 from rail_fem.contact.contact_law import ContactLaw
 from rail_fem.contact.contact_table import ContactTable, fresh_table, patch_sizes, table_key
@@ -31,7 +32,7 @@ from rail_fem.damage.impacts import LargestImpact, largest_impact
 from rail_fem.damage.reach import reach_of
 from rail_fem.damage.wear import WearLaw
 from rail_fem.damage.wheel_wear import circumference, wheel_lines, wheel_wear
-from rail_fem.damage.worn_surface import STEEPEST, WornSurface
+from rail_fem.damage.worn_surface import WornSurface
 from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.vertical_pass import LightPass, run_pass
 from rail_fem.processes.pool import Pool, Workers

@@ -2,7 +2,7 @@
 
 Depths are counted vertically per plan area, so that their sum times the cell is the volume that the patches took
 (geometry.surfaces.depth_field keeps it in the surface). Heights stay functions of x and y: nothing can cross itself; on
-faces steeper than STEEPEST the plan is too coarse to say where on the face metal was lost.
+faces steeper than that field's STEEPEST the plan is too coarse to say where on the face metal was lost.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from rail_fem.damage.flowed_surface import flow_in_passes, spread_along, with_he
 from rail_fem.damage.worn_profile import WornOutError
 
 LARGEST_STEP = 0.2e-3  # that one step may take off [m]
-STEEPEST = np.radians(60)  # contact angle beyond which a plan says little
 
 
 @dataclass(frozen=True, eq=False)

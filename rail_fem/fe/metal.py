@@ -12,6 +12,7 @@ from mpi4py import MPI
 from geometry.meshing.quality import cell_volume
 from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import CROSSING, NO_METAL, REGIONS
+from geometry.surfaces.depth_field import STEEPEST
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.fields import cell_rows
 from rail_fem.fe.parts import cells_of, parts_of, surface_nodes
@@ -20,7 +21,6 @@ from rail_fem.result.plastic_zone import near, plastic_zone, strained_box
 
 STRIP = 5e-3  # along the track, over which the change of the surface is looked at [m]
 CLEAR = 40e-3  # from the wheel at the end of the pass: nearer, the metal is under load [m]
-STEEPEST = np.radians(60)  # of a face, beyond which a plan says little
 ASIDE = 10e-6  # by which a surface's slope is taken [m]
 
 
