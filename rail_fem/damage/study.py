@@ -133,7 +133,7 @@ def _wear(settings, site, explicit, folder, goes_on, identity, progress, say) ->
     for stop, end in enumerate(explicit.ends if explicit else [settings.passes]):
         if state.passes >= end * (1 - SAME) and end < settings.passes:
             continue
-        if explicit:
+        if explicit and stop:  # the first has been, on the casting
             site = explicit.flowed(stop, site, state.worn, say)
         for reached in evolve(site, end, stepping_of(settings), state):
             state, blocks = reached, blocks + 1
