@@ -20,10 +20,10 @@ from geometry.profiles.profile import Profile
 from geometry.wheelset import Track, Wheelset
 from rail_fem.damage.deposit import deposit_across
 from rail_fem.damage.rolling import Rolling, equilibrium_near, roll
-from rail_fem.damage.wear import WearLaw, dry_laws
+from rail_fem.damage.wear import WearLaw
 from rail_fem.damage.wheel_wear import circumference, wheel_lines
 from rail_fem.scene.scene import Scene
-from rail_fem.settings.damage import DamageSettings, LineWear
+from rail_fem.settings.damage import LineWear
 
 STEP = 25e-6  # deepest wear between two shapes [m]
 POSITIONS, REACH = 33, 3.0  # lateral positions, evenly over so many deviations to each side
@@ -94,18 +94,17 @@ def lost_in_a_turn(wheel: Profile, scene: Scene, law: WearLaw, line: LineWear, y
 
 
 @cache
-def worn_on_line(scene: Scene, settings: DamageSettings, line: LineWear) -> LineWorn:
-    """The way of the scene's wheel to a limit, by the study's law. Errors: ValueError where none is met.
+def worn_on_line(scene: Scene, law: WearLaw, factor: float, line: LineWear) -> LineWorn:
+    """The way of the scene's wheel to a limit, by a law and a factor on it. Errors: ValueError where none is met.
 
     Error: some 10 % of the way by steps and positions (tests/damage/test_line_wear.py), beside the law's own factor.
     """
     y, new = wheel_lines(LINES), scene.wheel.shape
-    law = dry_laws(settings.wheel_hardness)[settings.law]
     around = float(circumference(scene, np.zeros(1))[0])
     distance, lost, over = [0.0], [np.zeros(len(y))], [beyond(new, line)]
     while over[-1][0] < 0:
         wheel = lowered(new, y, lost[-1])
-        rate = settings.factor * lost_in_a_turn(wheel, scene, law, line, y)
+        rate = factor * lost_in_a_turn(wheel, scene, law, line, y)
         if lost[-1].max() > DEEPEST or not rate.max() > 0:
             raise ValueError(
                 f"damage.turning.line: {scene.wheel.name} meets no limit, {1e3 * lost[-1].max():.1f} mm are worn off:"

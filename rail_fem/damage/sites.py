@@ -18,6 +18,7 @@ from rail_fem.damage.crossing_site import CrossingPass, CrossingSite
 from rail_fem.damage.evolution import LEAST_SHARE, Stepping
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.groove import FlowLaw
+from rail_fem.damage.line_wear import worn_on_line
 from rail_fem.damage.rolling import Rolling
 from rail_fem.damage.section import Passing, Section, scattered, sine_positions
 from rail_fem.damage.subsurface import SubsurfaceSteel, subsurface_fatigue
@@ -124,7 +125,8 @@ def wheels_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, floa
     made = []
     for own, share in traffic:
         if turning.line:
-            wheels = wheels_on_line(own, settings, turning, turning.line)
+            way = worn_on_line(own, wheel_laws_of(settings)[settings.law], settings.factor, turning.line)
+            wheels = wheels_on_line(own.wheel, way, turning.until, turning.ages)
         else:
             wheels = wheels_between(own.wheel, Wheel(profile=turning.worn), turning.until, turning.ages)
         made += [(own.replace_si(wheel=wheel), share / turning.ages) for wheel in wheels]

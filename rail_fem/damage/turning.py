@@ -15,10 +15,9 @@ from dataclasses import replace
 import numpy as np
 
 from geometry.profiles.profile import Profile
-from rail_fem.damage.line_wear import lowered, worn_on_line
-from rail_fem.scene.scene import Scene, Wheel
+from rail_fem.damage.line_wear import LineWorn, lowered
+from rail_fem.scene.scene import Wheel
 from rail_fem.scene.wheel_profile import MeasuredWheel
-from rail_fem.settings.damage import DamageSettings, LineWear, Turning
 
 
 def between(new: Profile, worn: Profile, part: float) -> Profile:
@@ -47,11 +46,10 @@ def wheels_between(wheel: Wheel, worn: Wheel, until: float, ages: int) -> tuple[
     )
 
 
-def wheels_on_line(scene: Scene, settings: DamageSettings, turning: Turning, line: LineWear) -> tuple[Wheel, ...]:
-    """(ages,) wheels in the middles of equal parts of the way of the scene's wheel on straight line. Errors: those of
-    rail_fem.damage.line_wear."""
-    wheel, way, made = scene.wheel, worn_on_line(scene, settings, line), []
-    for part in middles(turning.until, turning.ages):
+def wheels_on_line(wheel: Wheel, way: LineWorn, until: float, ages: int) -> tuple[Wheel, ...]:
+    """(ages,) wheels in the middles of equal parts of a share `until` of a wheel's way on straight line."""
+    made = []
+    for part in middles(until, ages):
         shape = between(wheel.shape, lowered(wheel.shape, way.y, way.after(float(part))), 1.0)
         name = f"{part:.1%} of {way.distance[-1] / 1e3:.3g} km to {way.limit}"
         made.append(worn_wheel(wheel, shape, name))

@@ -30,10 +30,12 @@ class WearError(ValueError):
 
 
 class WearLaw(Protocol):
-    """label : what figures and tables call it"""
+    """label : what figures and tables call it. Laws of the same numbers are one, so that what comes of them is kept."""
 
     @property
     def label(self) -> str: ...
+
+    def __hash__(self) -> int: ...
 
     def cells(self, patch: Patches, speed: float) -> np.ndarray:
         """(..., nx, ny) depth [m] worn off under each cell of a patch while it rolls on by a cell's length, at a

@@ -9,7 +9,7 @@ from geometry.profiles.wheel import wheel_profile
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.damage import line_wear
 from rail_fem.damage.line_wear import FLANGE, LINES, STEP, flange_height, hollow, lost_in_a_turn, lowered, worn_on_line
-from rail_fem.damage.sites import wheels_of
+from rail_fem.damage.sites import wheel_laws_of, wheels_of
 from rail_fem.damage.study import study_mark
 from rail_fem.damage.wear import dry_laws
 from rail_fem.damage.wheel_wear import wheel_lines
@@ -17,11 +17,17 @@ from rail_fem.result.runfolder import digest
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
 Y = wheel_lines(LINES)
+TURNING = {"line": {"hollow": "0.05 mm"}, "ages": 2}
 
 
 def turned(wheel="P8", hollow="0.05 mm", **changes):
     line = {"hollow": hollow, **changes.pop("line", {})}
     return load_case(CASE, {"scene.wheel.profile": wheel, "damage.turning": {"line": line, "ages": 2} | changes})
+
+
+def way_of(case):
+    """What its wheel's way goes by."""
+    return case.scene, wheel_laws_of(case.damage)[case.damage.law], case.damage.factor, case.damage.turning.line
 
 
 def test_limits_of_a_wheel_are_those_of_its_drawing_and_of_what_was_taken_off():
@@ -58,13 +64,13 @@ def test_a_turn_takes_what_its_patches_take_and_no_friction_takes_nothing(monkey
     slippery = case.scene.replace(friction=0.0)
     assert not lost_in_a_turn(wheel, slippery, law, line, Y).any()
     with pytest.raises(ValueError, match="meets no limit"):
-        worn_on_line(slippery, case.damage, line)
+        worn_on_line(slippery, law, 1.0, line)
 
 
 def test_wheels_come_at_all_ages_of_their_way():
     """Equal parts of the way, not of the wear: deeper with age, each as frequent; up to half of it, the first half."""
     case = turned()
-    way = worn_on_line(case.scene, case.damage, case.damage.turning.line)
+    way = worn_on_line(*way_of(case))
     assert way.limit == "hollow 0.05 mm" and (np.diff(way.distance) > 0).all() and way.distance[-1] > 100e3
     young, old = (own.wheel for own, _ in wheels_of(case.scene, case.damage))
     assert [share for _, share in wheels_of(case.scene, case.damage)] == [0.5, 0.5]
@@ -75,6 +81,12 @@ def test_wheels_come_at_all_ages_of_their_way():
     assert "25.0% of" in young.name and "km to hollow" in young.name
     half = wheels_of(case.scene, turned(until=0.5).damage)
     assert "12.5% of" in half[0][0].wheel.name
+    told = load_case(CASE, {"scene.wheel.profile": "P8", "damage.wear_coefficient": 1e-4, "damage.turning": TURNING})
+    assert worn_on_line(*way_of(told)).distance[-1] != pytest.approx(way.distance[-1], rel=0.1)
+    assert (
+        f"{worn_on_line(*way_of(told)).distance[-1] / 1e3:.3g} km"
+        in wheels_of(told.scene, told.damage)[0][0].wheel.name
+    )
 
 
 def test_a_study_is_another_one_by_each_key_and_what_does_not_fit_is_refused():
@@ -97,7 +109,7 @@ def test_a_study_is_another_one_by_each_key_and_what_does_not_fit_is_refused():
 def test_half_the_step_and_twice_the_positions_change_little(monkeypatch, name, finer):
     """To 0.3 mm of hollow: the way, and the shape in parts of its deepest, by a tenth at most."""
     case = turned(hollow="0.3 mm")
-    asked = case.scene, case.damage, case.damage.turning.line
+    asked = way_of(case)
     first = worn_on_line(*asked)
     monkeypatch.setattr(line_wear, name, finer)
     second = worn_on_line.__wrapped__(*asked)
