@@ -216,7 +216,7 @@ def end_warnings(
                 f"{name.replace('_', ' ')} {peak.value / 1e3:.1f} kN lies {near * 1e3:.1f} mm from where the path {end}"
                 f" (x = {peak.x * 1e3:.1f} mm): it may be an accident of the window"
             )
-        elif free_end and to_end < FREE_END:
+        elif free_end and round(FREE_END - to_end, 3) > 0:
             warnings.append(
                 f"{name.replace('_', ' ')} {peak.value / 1e3:.1f} kN lies {to_end * 1e3:.1f} mm from where path and"
                 f" steel end: about 1 % of it may be missing; let the run go on for {(FREE_END - to_end) * 1e3:.0f} mm"
