@@ -101,6 +101,11 @@ class KeptShare:
     shares: Mapping[str, float]
 
 
+def _may_have_flowed(result: PassResult) -> bool:
+    """Whether steel has yielded; of a model that does not resolve it, whether it can have."""
+    return not result.metal or any(part["maximum"] > 0 for part in result.metal.values())
+
+
 KEPT = (
     KeptShare(  # of strain: forces are those of passes
         SIMPLIFICATIONS[0].words,
@@ -124,9 +129,12 @@ KEPT = (
     ),
     KeptShare(
         "isotropic hardening in place of kinematic",
-        lambda result: all(
-            steel.hardening == ISOTROPIC and steel.cyclic is None and not steel.is_elastic
-            for steel in result.scene.materials.steels()[:2]
+        lambda result: (
+            _may_have_flowed(result)
+            and all(
+                steel.hardening == ISOTROPIC and steel.cyclic is None and not steel.is_elastic
+                for steel in result.scene.materials.steels()[:2]
+            )
         ),
         dict(zip(KNOWN, (-0.090, -0.068, -0.145, -0.042, -0.145, 0.221, 0.248, 0.168, 0.208))),
     ),

@@ -115,6 +115,10 @@ def test_what_light_passes_do_not_see_is_kept_for_the_scenes_it_is_of(ran):
     flowed = replace(deep, metal={"nose": nose})
     flowed = replace(flowed, form=form(flowed, by_passes=False))
     assert flowed.form_bar("block_nose") == pytest.approx(0.09 * math.hypot(0.106, 0.030, 0.221))
+    unyielded = replace(deep, metal={"nose": nose | {"maximum": 0.0}})
+    assert set(form(deep, by_passes=False)) - set(form(unyielded, by_passes=False)) == {
+        "isotropic hardening in place of kinematic"
+    }
     told = {name: remark for name, _, remark in metal_rows(flowed)}
     assert "form +- 2.2 %" in told[f"nose: {STRAIN['block']}"]
     off = MODELS["rigid_hertz"].off[1]
