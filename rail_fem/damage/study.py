@@ -170,18 +170,11 @@ def _study(case, settings, folder, goes_on, identity, progress, say, workers: Wo
     if not crossing:
         for name, line in (("before", state.first), ("after", state.worn)):
             write_profile(folder / f"profile_{name}.txt", line.profile.points, "rail", f"{line.label}, {name} wear")
-    _write_results(folder, found, state_arrays(state))
+    arrays = state_arrays(state)
+    write_atomically(folder / ARRAYS, lambda path: np.savez_compressed(path, **arrays))
+    write_text_atomically(folder / RESULT, dumps(found) + "\n")
     study_figures(folder / "figures", in_lines(case.title), settings, site, state, before, after)
     write_text_atomically(folder / REPORT, study_report(case.title, settings, found))
-
-
-def _write_results(folder: Path, summary: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
-    def write(path: Path) -> None:
-        with path.open("wb") as stream:
-            np.savez_compressed(stream, **arrays)
-
-    write_atomically(folder / ARRAYS, write)
-    write_text_atomically(folder / RESULT, dumps(summary) + "\n")
 
 
 def passes_of(text: str) -> float:

@@ -58,15 +58,11 @@ def label_of(seal: str, identity: Mapping[str, str]) -> np.ndarray:
 
 
 def write_sealed(path: Path, arrays: Mapping[str, np.ndarray], identity: Mapping[str, str]) -> str:
-    """Write the arrays, whole or not at all; returns the seal. Errors: OSError."""
+    """Write the arrays to a file .npz, whole or not at all; returns the seal. Errors: OSError."""
     arrays = {name: np.asarray(array) for name, array in arrays.items()}
     seal = seal_of(arrays, identity)
-
-    def write(temporary: Path) -> None:
-        with temporary.open("wb") as stream:
-            np.savez(stream, **{LABEL: label_of(seal, identity)}, **arrays)
-
-    write_atomically(Path(path), write)
+    whole = {LABEL: label_of(seal, identity), **arrays}
+    write_atomically(Path(path), lambda temporary: np.savez(temporary, **whole))
     return seal
 
 

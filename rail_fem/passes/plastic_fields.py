@@ -28,13 +28,8 @@ def write_archive(folder: Path, flows: dict[str, Flow]) -> None:
 
 def write_arrays(folder: Path, arrays: dict[str, np.ndarray]) -> None:
     """plastic.npz of these."""
-
-    def write(path: Path) -> None:
-        with path.open("wb") as stream:
-            np.savez_compressed(stream, **arrays)
-
     Path(folder).mkdir(parents=True, exist_ok=True)
-    write_atomically(Path(folder) / ARCHIVE, write)
+    write_atomically(Path(folder) / ARCHIVE, lambda path: np.savez_compressed(path, **arrays))
 
 
 def write_vtu(folder: Path, flows: dict[str, Flow], heights) -> bool:
