@@ -17,7 +17,9 @@ import numpy as np
 from scipy import sparse
 
 with tempfile.TemporaryDirectory() as _empty, contextlib.chdir(_empty):
+    import basix
     import ffcx
+    import ufl
     from dolfinx import cpp, fem, graph, io, jit, la
     from dolfinx import mesh as dmesh
 
@@ -30,22 +32,23 @@ with tempfile.TemporaryDirectory() as _empty, contextlib.chdir(_empty):
         from slepc4py import SLEPc
     except ImportError:  # of the package index
         PETSc = SLEPc = None
+    try:
+        import basix.ufl
+
+        elements = basix.ufl
+    except ImportError:  # of 0.5, whose elements are ufl's
+        elements = None
     for _compiler in (jit, ffcx):
         (getattr(_compiler, "get_options", None) or _compiler.get_parameters)()  # kept from the first call on
 
 SUM = la.ScatterMode.add if hasattr(la, "ScatterMode") else la.InsertMode.add
 
 
-def hexahedral_domain():
-    """The coordinate element of a trilinear hexahedral mesh in 3D, as `create_mesh` wants it."""
-    try:
-        import basix.ufl
-
-        return basix.ufl.element("Lagrange", "hexahedron", 1, shape=(3,))
-    except ImportError:
-        import ufl
-
-        return ufl.Mesh(ufl.VectorElement("Lagrange", ufl.Cell("hexahedron", geometric_dimension=3), 1))
+def coordinate_element(shape: str, degree: int, dimension: int):
+    """Of a mesh of such cells, "triangle", "quadrilateral" or "hexahedron", as `create_mesh` wants it."""
+    if elements is not None:
+        return elements.element("Lagrange", shape, degree, shape=(dimension,))
+    return ufl.Mesh(ufl.VectorElement("Lagrange", ufl.Cell(shape, geometric_dimension=dimension), degree))
 
 
 def create_mesh(comm, cells: np.ndarray, points: np.ndarray, domain, *rest):
@@ -58,7 +61,7 @@ def create_mesh(comm, cells: np.ndarray, points: np.ndarray, domain, *rest):
 def create_hexahedral_mesh(comm, cells: np.ndarray, points: np.ndarray, destination: np.ndarray):
     """A dolfinx mesh without ghost cells from arrays on root; cells (m, 8) in dolfinx order, destination (m,) rank of
     each cell."""
-    domain = hexahedral_domain()
+    domain = coordinate_element("hexahedron", 1, 3)
     # 0.5 finds shared nodes through ghost cells, then drops those
     ghosts_first = hasattr(domain, "ufl_coordinate_element")
     make_list = getattr(graph, "adjacencylist", None) or graph.create_adjacencylist
@@ -112,43 +115,25 @@ def original_cells(mesh) -> np.ndarray:
 def plane_mesh(comm, cells: np.ndarray, points: np.ndarray, shape: str, degree: int):
     """A mesh of plane cells (m, k) in dolfinx order with nodes (n, 2) [m], on one rank; shape "triangle" or
     "quadrilateral", its sides of a degree."""
-    try:
-        import basix.ufl
-
-        domain = basix.ufl.element("Lagrange", shape, degree, shape=(2,))
-    except ImportError:
-        import ufl
-
-        domain = ufl.Mesh(ufl.VectorElement("Lagrange", ufl.Cell(shape, geometric_dimension=2), degree))
-    return create_mesh(comm, cells, points, domain)
+    return create_mesh(comm, cells, points, coordinate_element(shape, degree, 2))
 
 
 def lagrange_vectors(mesh, degree: int):
     """The space of continuous displacements of a degree, as many components as the mesh has coordinates."""
     dimension = mesh.geometry.dim
-    try:
-        import basix.ufl
-
-        element = basix.ufl.element("Lagrange", mesh.basix_cell(), degree, shape=(dimension,))
-    except ImportError:
-        import ufl
-
+    if elements is not None:
+        element = elements.element("Lagrange", mesh.basix_cell(), degree, shape=(dimension,))
+    else:
         element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), degree, dim=dimension)
     return function_space(mesh, element)
 
 
 def vectors_at_points(mesh, degree: int, count: int):
     """The space of `count` numbers at each Gauss point of the rule of a degree, and these points (p, d) of a cell."""
-    import basix
-
-    try:
-        import basix.ufl
-
+    if elements is not None:
         cell = mesh.basix_cell()
-        element = basix.ufl.quadrature_element(cell, value_shape=(count,), degree=degree)
-    except ImportError:
-        import ufl
-
+        element = elements.quadrature_element(cell, value_shape=(count,), degree=degree)
+    else:
         cell = basix.cell.string_to_type(mesh.ufl_cell().cellname())
         element = ufl.VectorElement("Quadrature", mesh.ufl_cell(), degree, dim=count, quad_scheme="default")
     return function_space(mesh, element), basix.make_quadrature(cell, degree)[0]
@@ -165,7 +150,7 @@ def evaluate(expression, mesh, cells: np.ndarray) -> np.ndarray:
 def create_shared_mesh(comm, cells: np.ndarray, points: np.ndarray):
     """A dolfinx mesh for forms and files, partitioned by dolfinx, with ghost cells across shared facets; arrays on
     root, cells (m, 8) in dolfinx order."""
-    domain, mode = hexahedral_domain(), dmesh.GhostMode.shared_facet
+    domain, mode = coordinate_element("hexahedron", 1, 3), dmesh.GhostMode.shared_facet
     if hasattr(domain, "ufl_coordinate_element"):
         return create_mesh(comm, cells, points, domain, mode)
     try:
@@ -188,13 +173,9 @@ def facet_nodes(mesh, facets: np.ndarray) -> np.ndarray:
 
 def discontinuous(mesh, degree: int = 0, shape: tuple[int, ...] = ()):
     """The space of polynomials of a degree in each cell (0: constants): scalars, or of a shape such as (3, 3)."""
-    try:
-        import basix.ufl
-
-        element = basix.ufl.element("DG", mesh.basix_cell(), degree, shape=shape)
-    except ImportError:
-        import ufl
-
+    if elements is not None:
+        element = elements.element("DG", mesh.basix_cell(), degree, shape=shape)
+    else:
         cell = mesh.ufl_cell()
         element = ufl.TensorElement("DG", cell, degree, shape=shape) if shape else ufl.FiniteElement("DG", cell, degree)
     return function_space(mesh, element)
