@@ -13,7 +13,7 @@ again; bars are computed anew each time, so that a new rule can be judged withou
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,10 +48,9 @@ class Held:
         return self.error <= self.bar
 
 
-def held(result: PassResult, twin: PassResult | None, finer: PassResult) -> list[Held]:
-    """Each quantity that has a bar, without a twin a calibrated one, and that the finer run resolves."""
+def held(result: PassResult, bars: Mapping[str, float], finer: PassResult) -> list[Held]:
+    """Each quantity that has a bar and that the finer run resolves."""
     there, own = reported(finer), reported(result)
-    bars = calibrated_bars(result) if twin is None else error_bars(result, twin)
     return [
         Held(name, bar, abs(own[name] - there[name]))
         for name, bar in bars.items()
@@ -100,13 +99,9 @@ def table(model: str, found: dict[str, list[Held]]) -> Table:
 def held_light(model: str, finer: PassResult) -> list[Held]:
     """Each force of a light model on the finer run's scene and path, with the bar that holds fe_full's."""
     window = {name: finer.settings[name] for name in ("start", "end")}
-    own = reported(solve(model, finer.scene, MODELS[model].settings(**window)))
-    there, off = reported(finer), (MODELS[model].off or (0.0, 0.0))[1]
-    return [
-        Held(name, off * own[name], abs(own[name] - there[name]))
-        for name in FORCES
-        if name in own and name in there and not _told_twice(name, own)
-    ]
+    result = solve(model, finer.scene, MODELS[model].settings(**window))
+    own, off = reported(result), (MODELS[model].off or (0.0, 0.0))[1]
+    return held(result, {name: off * own[name] for name in FORCES if name in own}, finer)
 
 
 def held_on(words: str, sizes: Sequence[float], out: Path) -> dict[str, list[Held]]:
@@ -119,7 +114,8 @@ def held_on(words: str, sizes: Sequence[float], out: Path) -> dict[str, list[Hel
         run_at(file, changes, size, folder / f"{size * 1e3:g}mm", lambda line: None) for size in sizes
     )
     light = {model: held_light(model, finer) for model in LIGHT} if rank() == 0 else {}
-    return {MODEL: held(result, twin, finer), WITHOUT: held(result, None, finer)} | light
+    own, calibrated = held(result, error_bars(result, twin), finer), held(result, calibrated_bars(result), finer)
+    return {MODEL: own, WITHOUT: calibrated} | light
 
 
 def main(

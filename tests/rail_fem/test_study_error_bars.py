@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rail_fem.result.error_bars import error_bars
 from rail_fem.result.quantities import REPORTED
 from rail_fem.result.result import Peak
 from rail_fem.studies import error_bars as held_out_bars
@@ -15,7 +16,7 @@ QUANTITIES = {"first_impact_on_nose", "transfer_x", "block_nose", "worst_1000_no
 
 
 def test_what_converges_at_the_order_holds_and_its_bar_is_wide_by_safety_and_scatter():
-    found = held(at_size(2 * MM), at_size(4 * MM), at_size(1 * MM))
+    found = held(at_size(2 * MM), error_bars(at_size(2 * MM), at_size(4 * MM)), at_size(1 * MM))
     assert {one.name for one in found} == QUANTITIES and all(one.holds for one in found)
     assert 1 < held_out_bars.median_ratio(found) < 20
 
@@ -23,7 +24,7 @@ def test_what_converges_at_the_order_holds_and_its_bar_is_wide_by_safety_and_sca
 def test_a_finer_answer_outside_the_bar_is_counted_and_named():
     finer = at_size(1 * MM)
     finer = replace(finer, peaks=dict.fromkeys(finer.peaks, Peak(2 * FORCE, "N", x=0.38)))
-    found = held(at_size(2 * MM), at_size(4 * MM), finer)
+    found = held(at_size(2 * MM), error_bars(at_size(2 * MM), at_size(4 * MM)), finer)
     cells = held_out_bars.row("a scene", found)
     assert cells[1:3] == ["5", "4 (80%)"] and REPORTED["first_impact_on_nose"].meaning in cells[4]
     text = held_out_bars.table("fe_full", {"a scene": found, "another": found}).markdown()
@@ -35,7 +36,7 @@ def test_a_force_that_is_another_ones_counts_once():
     names = (*at_size(1 * MM).peaks, "largest_force_nose", "largest_force")
     peaks = lambda size: dict.fromkeys(names, at_size(size).peaks["first_impact_on_nose"])
     runs = [replace(at_size(size), peaks=peaks(size)) for size in (2 * MM, 4 * MM, 1 * MM)]
-    assert {one.name for one in held(*runs)} == QUANTITIES
+    assert {one.name for one in held(runs[0], error_bars(*runs[:2]), runs[2])} == QUANTITIES
 
 
 def test_nothing_is_claimed_of_nothing():
