@@ -26,7 +26,7 @@ from scipy.special import kve
 from bem.dynamic.body import Waves
 from bem.dynamic.convolution import Conditions, LaplaceBody, convolve, transfer
 from bem.dynamic.marching import March, respond
-from bem.dynamic.schemes import TRAPEZOIDAL, Scheme
+from bem.dynamic.schemes import TRAPEZOIDAL
 from bem.material import Elastic
 from bem.plane.curve import arc
 from bem.plane.mesh import Sizing, mesh_outline
@@ -49,12 +49,12 @@ class BarErrors(NamedTuple):
     energy: float
 
 
-def bar_errors(cells: int, share: float = 0.5, periods: int = PERIODS, scheme: Scheme = TRAPEZOIDAL) -> BarErrors:
-    """A thin bar (a sixteenth as high as long) with so many cells over its height, steps of `share` h / c."""
+def bar_errors(cells: int) -> BarErrors:
+    """A thin bar (a sixteenth as high as long) with so many cells over its height, steps of h / (2 c)."""
     height = LENGTH / 16
     body = bar(cells, height=height)
-    per_period = round(4 * LENGTH * cells / height / share)
-    history = respond(March(body, 4 * LENGTH / per_period, scheme), lambda t: [1.0], periods * per_period)
+    per_period = round(8 * LENGTH * cells / height)
+    history = respond(March(body, 4 * LENGTH / per_period, TRAPEZOIDAL), lambda t: [1.0], PERIODS * per_period)
     exact = tip_displacement(history.time, lambda t: t)
     off = (history.q[:, 0] / height - exact) / exact.max()
     mean = lambda part: float(np.sqrt(np.mean(part**2)))
@@ -86,8 +86,9 @@ def cavity_transform(s: complex, r: float) -> complex:
     return -kve(1, k * r) * np.exp(k * (1 - r)) / (stiff * slope + lame * kve(1, k))
 
 
-def talbot(transform: Callable[[complex], complex], moment: float, nodes: int = 24) -> float:
+def talbot(transform: Callable[[complex], complex], moment: float) -> float:
     """Inverse Laplace transform at a time by Talbot's contour (Abate and Valko 2004, from memory)."""
+    nodes = 24
     theta = np.arange(1, nodes) * np.pi / nodes
     r = 2 * nodes / (5 * moment)
     cot = 1 / np.tan(theta)
@@ -108,11 +109,12 @@ class CavityErrors(NamedTuple):
     hoop: float
 
 
-def cavity_errors(elements: int, step: float, rule: str = "BDF2", until: float = 8.0) -> CavityErrors:
+def cavity_errors(elements: int, step: float, until: float = 8.0) -> CavityErrors:
     """A step pressure in a cavity, followed up to a time [s]."""
     body, count = cavity(elements), round(until / step)
     point = np.array([[1.0 + 1e-9, 0.0]])
-    answer = convolve(lambda s: transfer(body, cavity_pressure(body), s, point), np.ones((count, 1)), step, rule)[:, 0]
+    followed = lambda s: transfer(body, cavity_pressure(body), s, point)
+    answer = convolve(followed, np.ones((count, 1)), step, "BDF2")[:, 0]
     moment = step * np.arange(1, count + 1)
     exact = np.array([talbot(lambda s: cavity_transform(s, 1.0) / s, t) for t in moment])
     later = moment * body.waves.dilatational >= 1.0
@@ -133,9 +135,8 @@ class LambPulse:
     with a pole at Rayleigh's slowness, in whose neighbourhood the principal value holds.
     """
 
-    def __init__(self, material: Elastic, density: float, duration: float = PULSE) -> None:
-        self.material, self.waves, self.duration = material, Waves.of(material, density), duration
-        self.pull = pulse(duration)[0]
+    def __init__(self, material: Elastic, density: float) -> None:
+        self.material, self.waves, self.pull = material, Waves.of(material, density), pulse(PULSE)[0]
 
     def _parts(self, q: float) -> tuple[complex, complex]:
         """Numerator and denominator of g(i q + 0)."""
@@ -156,7 +157,7 @@ class LambPulse:
 
     def displacement(self, x: float, moment: float) -> float:
         """Displacement [m] at a distance x > 0 [m] and a time [s] into the body."""
-        begin = max(x / self.waves.dilatational, moment - self.duration)
+        begin = max(x / self.waves.dilatational, moment - PULSE)
         second, pole = x / self.waves.shear, x / self.rayleigh
         near, far = (second + pole) / 2, 2 * pole - (second + pole) / 2  # the pole lies in the middle
         value = lambda tau: float(self.pull(moment - tau)) * self.impulse_response(x, tau)
@@ -201,7 +202,7 @@ class LambRun(NamedTuple):
         return float(np.abs(self.found - self.exact).max() / np.abs(self.exact).max())
 
 
-def lamb_run(size: float, step: float, rule: str = "trapezoidal") -> LambRun:
+def lamb_run(size: float, step: float) -> LambRun:
     """A pulse of force on one cell of the surface, watched at the cell nearest to STATION from it."""
     body, lamb = half_plane(size), LambPulse(ROCK, 1.0)
     mesh = body.mesh
@@ -212,7 +213,7 @@ def lamb_run(size: float, step: float, rule: str = "trapezoidal") -> LambRun:
     conditions = Conditions(np.zeros((mesh.densities, 2), bool), forces)
     point = mesh.middles[[watched]] - [[0.0, 1e-9]]
     moment = step * np.arange(1, round(UNTIL / step) + 1)
-    answer = convolve(lambda s: transfer(body, conditions, s, point), lamb.pull(moment)[:, None], step, rule)
+    answer = convolve(lambda s: transfer(body, conditions, s, point), lamb.pull(moment)[:, None], step, "trapezoidal")
     distance, width = float(point[0, 0] - mesh.middles[loaded, 0]), float(mesh.cell_length[loaded])
     exact = np.array([lamb.strip(distance, width, t) for t in moment])
     return LambRun(moment, -answer[:, 1], exact)

@@ -46,17 +46,17 @@ class ShiftCurves:
         """(n,)  left less right contact angle [rad]."""
         return self.angle[0] - self.angle[1]
 
-    def jumps(self, least: float = 2e-3) -> np.ndarray:
-        """(k,)  shifts [m], in the middle of a step, at which a contact moves by more than `least` [m] on a wheel."""
-        moved = np.abs(np.diff(self.station, axis=1)).max(axis=0) > least
+    def jumps(self) -> np.ndarray:
+        """(k,)  shifts [m], in the middle of a step, at which a contact moves by more than 2 mm on a wheel."""
+        moved = np.abs(np.diff(self.station, axis=1)).max(axis=0) > 2e-3
         return ((self.shift[1:] + self.shift[:-1]) / 2)[moved]
 
 
-def shift_curves(search: ContactSearch, shift: np.ndarray, yaw: float = 0.0) -> ShiftCurves:
+def shift_curves(search: ContactSearch, shift: np.ndarray) -> ShiftCurves:
     """Curves of a wheelset that touches with both wheels at each shift (n,) [m], + to the left, held at the level of
     the rails."""
     shift = np.asarray(shift, float)
-    states = [search.settle(y, yaw) for y in shift]
+    states = [search.settle(y) for y in shift]
     points = [[search.contacts(state, side).lowest() for state in states] for side in SIDES]
     gather = lambda name: np.array([[getattr(p, name)[0] for p in row] for row in points])
     return ShiftCurves(

@@ -32,6 +32,7 @@ from geometry.surfaces.any_crossing import AnyCrossing
 Surface = Callable[[np.ndarray, np.ndarray], np.ndarray]  # z(x, y) [m], NaN where the body is not
 
 ROLLING_RADIUS = 0.425  # of the thesis' wheel, 850 mm diameter, at the tread datum
+INCLINATION = 1 / 20  # of plain rails
 _EXACT = 1e-11  # heights are iterated to this [m]
 _BEND = 0.5e-3  # half the chord over which curvatures are taken [m]
 
@@ -147,21 +148,17 @@ def bring_together(
     profile: Profile,
     rail: Surface,
     datum: tuple[float, float],
-    rolling_radius: float = ROLLING_RADIUS,
+    rolling_radius: float,
     steels: tuple[Elastic, Elastic] = (STEEL, STEEL),
-    reach: float = 0.0,
     label: str = "",
 ) -> ContactPair:
-    """Lower a wheel whose tread datum is at (x, y) [m] onto a rail.
+    """Lower a wheel whose tread datum is at (x, y) [m] onto a straight rail, which it touches below its axle.
 
-    reach : how far ahead and behind the axle it may be in contact [m], 0 for a straight rail, where it is so below
-        the axle
     steels : wheel, rail. Raises ContactPairError where nothing lies below the wheel.
     """
     hanging = WheelSurface(profile, rolling_radius, (*datum, 0.0))
     y = datum[1] + profile.points[:, 0]
-    low, high = np.array([datum[0] - reach, y.min()]), np.array([datum[0] + reach, y.max()])
-    counts = [1 if reach == 0 else 161, 1351]
+    low, high, counts = np.array([datum[0], y.min()]), np.array([datum[0], y.max()]), [1, 1351]
     for _ in range(9):
         x, y = np.meshgrid(*(np.linspace(a, b, n) for a, b, n in zip(low, high, counts)), indexing="ij")
         opening = hanging(x, y) - rail(x, y)
@@ -173,7 +170,7 @@ def bring_together(
         i, j = np.unravel_index(np.nanargmin(opening), opening.shape)
         best = np.array([x[i, j], y[i, j]])
         step = 2 * (high - low) / np.maximum(np.array(counts) - 1, 1)
-        low, high, counts = best - step, best + step, [1 if reach == 0 else 21, 21]
+        low, high, counts = best - step, best + step, [1, 21]
     return pair_at(profile, rail, datum, best, rolling_radius, *steels, label=label)
 
 
@@ -238,24 +235,10 @@ def _heights(surface: Surface, point: np.ndarray, frame: np.ndarray, x: np.ndarr
 
 
 def plain_rail_pair(
-    wheel: str = "P8",
-    rail: str = "56E1",
-    lateral: float = 0.0,
-    inclination: float = 1 / 20,
-    gauge: float = 1.435,
-    back_to_back: float = 1.360,
-    rolling_radius: float = ROLLING_RADIUS,
-    wheel_steel: Elastic = STEEL,
-    rail_steel: Elastic = STEEL,
+    rail: str = "56E1", lateral: float = 0.0, wheel_steel: Elastic = STEEL, rail_steel: Elastic = STEEL
 ) -> ContactPair:
-    """A wheel on plain line, the wheelset shifted by `lateral` [m] towards the field side; lengths in m."""
-    datum = 0.0, tread_datum_y(gauge, back_to_back) + lateral
-    profile = wheel_profile(wheel)
-    return bring_together(
-        profile,
-        plain_rail(rail_head(rail, inclination)),
-        datum,
-        rolling_radius,
-        (wheel_steel, rail_steel),
-        label=f"{wheel} on {rail}, lateral {lateral * 1e3:g} mm",
-    )
+    """P8 on a rail inclined 1:20, gauge 1435, back-to-back 1360 mm, the wheelset shifted by `lateral` [m] towards the
+    field side."""
+    datum, head = (0.0, tread_datum_y(1.435, 1.360) + lateral), plain_rail(rail_head(rail, INCLINATION))
+    label = f"P8 on {rail}, lateral {lateral * 1e3:g} mm"
+    return bring_together(wheel_profile("P8"), head, datum, ROLLING_RADIUS, (wheel_steel, rail_steel), label)

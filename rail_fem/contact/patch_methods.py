@@ -30,7 +30,7 @@ from bem.slices.assumed_load import hertz_of, loaded_slices
 from bem.slices.coupled import slice_contact
 from bem.slices.slices import SliceGap, Slices, wheel_on_prism
 from geometry.profiles.rail import rail_head
-from rail_fem.contact.contact_pairs import ContactPair, plain_rail_pair
+from rail_fem.contact.contact_pairs import INCLINATION, ContactPair, plain_rail_pair
 from rail_fem.files.markdown import markdown_table
 
 WHEEL_LOAD = 49505.0
@@ -39,18 +39,16 @@ THESIS_STEEL = Elastic(201e9, 0.3)
 THESIS_HALF_LENGTH = 11.32e-3 / 2  # Hertz' in the thesis, which its slices take over
 
 
-def plain_rail_section(
-    pair: ContactPair, rail: str = "56E1", inclination: float = 1 / 20, below: float = 0.100, above: float = 0.150
-) -> tuple[Body, Body]:
+def plain_rail_section(pair: ContactPair, rail: str = "56E1") -> tuple[Body, Body]:
     """Rail and wheel of `plain_rail_pair` as plane bodies y, z in place: the thesis' fourth case of chapter 5.
 
-    The whole profiles, closed by straight sides to held edges `below` the crown and `above` the tread datum [m].
+    The whole profiles, closed by straight sides to held edges 100 mm below the crown and 150 mm above the tread datum.
     """
     _, y, z = pair.wheel.position
     wheel = pair.wheel.profile.points + [y, z]
     return (
-        Body(block_behind(rail_head(rail, inclination).points, -below), pair.rail_steel),
-        Body(block_behind(wheel, z + above), pair.wheel_steel),
+        Body(block_behind(rail_head(rail, INCLINATION).points, -0.100), pair.rail_steel),
+        Body(block_behind(wheel, z + 0.150), pair.wheel_steel),
     )
 
 
@@ -114,15 +112,11 @@ def section_slices(pair: ContactPair, rail: str) -> Slices:
 
 
 def method_rows(
-    pair: ContactPair,
-    rail: str,
-    wheel_load: float = WHEEL_LOAD,
-    cells: tuple[int, int] = (50, 80),
-    threads: int | None = None,
+    pair: ContactPair, rail: str, cells: tuple[int, int] = (50, 80), threads: int | None = None
 ) -> list[MethodRow]:
-    """Hertz, 2.5D by load, 2.5D by displacement and the half-space on one contact pair, for a wheel load [N]."""
+    """Hertz, 2.5D by load, 2.5D by displacement and the half-space on one contact pair under WHEEL_LOAD."""
     slices = section_slices(pair, rail)
-    exact: PointContact = hertz_of(SliceGap(slices), wheel_load)
+    exact: PointContact = hertz_of(SliceGap(slices), WHEEL_LOAD)
     rows = [
         MethodRow(
             "Hertz, radii at the initial contact",
@@ -136,16 +130,12 @@ def method_rows(
     for sharing in ("elliptic", "parabolic"):
         for name, half in (("Hertz' length", None), ("2a = 11.32 mm", THESIS_HALF_LENGTH)):
             patch = loaded_slices(
-                slices, load=wheel_load, sharing=sharing, semi_length=half, cells=cells, estimate=False
+                slices, load=WHEEL_LOAD, sharing=sharing, semi_length=half, cells=cells, estimate=False
             )
             rows.append(MethodRow.of(f"2.5D (a) {sharing}, {name}", patch))
-    rows.append(
-        MethodRow.of(
-            "2.5D (b), coupled slices",
-            slice_contact(slices, load=wheel_load, cells=cells, threads=threads, estimate=False),
-        )
-    )
-    return [*rows, MethodRow.of("half-space", pair.patch(wheel_load, estimate=False))]
+    coupled = slice_contact(slices, load=WHEEL_LOAD, cells=cells, threads=threads, estimate=False)
+    rows.append(MethodRow.of("2.5D (b), coupled slices", coupled))
+    return [*rows, MethodRow.of("half-space", pair.patch(WHEEL_LOAD, estimate=False))]
 
 
 def table(rows: list[MethodRow], reference: MethodRow) -> str:

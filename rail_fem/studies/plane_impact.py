@@ -28,7 +28,7 @@ from bem.plane.internal import field_at, grid_below
 from bem.plane.mesh import Sizing, Zone, mesh_outline
 from bem.plane.outline import Edge, Outline
 from geometry.profiles.rail import rail_head
-from rail_fem.contact.contact_pairs import plain_rail_pair
+from rail_fem.contact.contact_pairs import INCLINATION, plain_rail_pair
 from rail_fem.contact.patch_methods import plain_rail_section
 from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
@@ -44,9 +44,9 @@ END = 1.9e-3  # [s]
 HEIGHT, FOOT, WEB = 158.75 * MM, 139.70 * MM, 20.0 * MM
 
 
-def rail_outline(inclination: float = 1 / 20) -> Outline:
+def rail_outline() -> Outline:
     """The whole section: head profile, web and foot, inclined; edges "face", "side" and "held" (the foot's base)."""
-    head = rail_head("56E1", inclination).points
+    head = rail_head("56E1", INCLINATION).points
     upright = rail_head("56E1", 0.0).points
     below = np.array(
         [
