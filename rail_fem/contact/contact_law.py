@@ -123,14 +123,23 @@ def first_dents(force, law, dent):
 
 
 @njit(cache=True)
+def put(row, values):
+    """`row[:] = values`, which brings numba's words on shapes that do not fit: three seconds to compile."""
+    for i in range(len(row)):
+        row[i] = values[i]
+
+
+@njit(cache=True)
 def lagging(dent, height, law, step, top, here):
     """Heights (bodies,) into `top` and laws (bodies, 6) into `here` with which the middle of a step closes: of a dent
     that lags, what the step's own force adds to it is its indentation, the rest lowers the height."""
     for b in range(len(dent)):
         lag = law[b, 5]
         follows = step / (step + 2 * lag)
-        top[b], here[b] = height[b] - (1 - follows) * dent[b], law[b]
-        here[b, 3:5] *= follows  # 1 where nothing lags
+        top[b] = height[b] - (1 - follows) * dent[b]
+        put(here[b], law[b])
+        here[b, 3] *= follows  # 1 where nothing lags
+        here[b, 4] *= follows
 
 
 @njit(cache=True)

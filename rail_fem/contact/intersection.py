@@ -43,7 +43,9 @@ def gaps_about(x, at, along, across, cosine, radius, datum, profile, nose, c, lo
             for k in range(len(across)):
                 out[i, j, k] = _gap_at(surface_height(at_x, y[k], nose, c, loft), tread[k], at_x - x[i], radius)
         least = out[i, len(along) // 2, len(across) // 2]
-        out[i] = np.minimum((out[i] - least) * cosine[i], FAR)
+        for j in range(len(along)):
+            for k in range(len(across)):
+                out[i, j, k] = min((out[i, j, k] - least) * cosine[i], FAR)
     return out
 
 

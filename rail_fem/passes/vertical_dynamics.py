@@ -17,14 +17,15 @@ import numpy as np
 
 from kernel_cache import njit
 from rail_fem.contact.contact_law import (
-    MOST_ITERATIONS,
     ContactLaw,
+    MOST_ITERATIONS,
     contact_energy,
     contact_forces,
     first_dents,
     follow,
     indentation,
     lagging,
+    put,
 )
 from rail_fem.passes.beam_kernel import BeamBand, band_solve, band_times, height_under, load_at
 
@@ -91,7 +92,8 @@ def begun(q, v, contacts, steps, friction, beam_position, beam_velocity):
         beam_position,
         beam_velocity,
     )
-    motion.position[0], motion.velocity[0] = q, v
+    put(motion.position[0], q)
+    put(motion.velocity[0], v)
     return motion
 
 
@@ -178,8 +180,9 @@ def _march(masses, inverse, q, v, step, height, law, beam, u, w, x):
         middle = still + reply * now.sum()
         q = q + step * middle
         v = 2 * middle - v
-        position[i + 1], velocity[i + 1] = q, v
-        force[:, i] = now
+        put(position[i + 1], q)
+        put(velocity[i + 1], v)
+        put(force[:, i], now)
         loss[i] = step * (middle @ (masses.damping @ middle))
         if beam is not None:
             beam_middle = beam_still - beam_reply * now.sum()
@@ -189,7 +192,8 @@ def _march(masses, inverse, q, v, step, height, law, beam, u, w, x):
             after = under - height_under(mean, x[2 * i + 2], beam)
             u = u + step * beam_middle
             w = 2 * beam_middle - w
-            motion.beam_position[i + 1], motion.beam_velocity[i + 1] = u, w
+            put(motion.beam_position[i + 1], u)
+            put(motion.beam_velocity[i + 1], w)
             loss[i] += step * (beam_middle @ band_times(beam.damping, beam_middle))
         path_work[i] = _path_work(s + before, s + after, height, dent, law, i)
     return motion
@@ -201,7 +205,8 @@ def _beam_history(steps, u, w):
     if u is None:
         return None, None
     beam_position, beam_velocity = np.empty((steps + 1, len(u))), np.empty((steps + 1, len(u)))
-    beam_position[0], beam_velocity[0] = u, w
+    put(beam_position[0], u)
+    put(beam_velocity[0], w)
     return beam_position, beam_velocity
 
 
