@@ -12,7 +12,7 @@ import numpy as np
 
 from rail_fem.fe.finite_strain import add_elastic
 from rail_fem.fe.hexahedron import internal_force
-from rail_fem.fe.lanes import compiled, gather_one, inlined, load, part, store
+from rail_fem.fe.lanes import compiled, gather_one, inlined, load, store
 from rail_fem.fe.prefetch import INDICES, NUMBERS, fetch
 from rail_fem.fe.state import HOURGLASS, LANES
 from rail_fem.fe.trilinear import field_gradient, mean_gradient, sum_of_squares, times, vector_modes
@@ -70,7 +70,7 @@ def elastic_hourglass(m, l, g1, g2, g3, g4, k):
     return q1, q2, hourglass_force(m[5], l, g3, k), hourglass_force(m[6], l, g4, k)
 
 
-@part
+@inlined
 def elastic_forces(nodal, lame, shear, fixed, own):
     """Stress and hourglass forces of a block -> own (N_FORCES*W,); nodal (24*W,) holds the displacement."""
     for e in range(_W):
@@ -94,7 +94,7 @@ def hourglass_force(gu, l, g, k):
     return k * (gu[0] - lg[0]), k * (gu[1] - lg[1]), k * (gu[2] - lg[2])
 
 
-@part
+@inlined
 def take(u, places, start, nodal):
     """Lines u of a block's nodes -> nodal (24*W,), ordered node, component, lane."""
     for a in range(8):
@@ -103,7 +103,7 @@ def take(u, places, start, nodal):
             nodal[k], nodal[k + _W], nodal[k + 2 * _W] = 8.0 * u[at], 8.0 * u[at + _W], 8.0 * u[at + 2 * _W]
 
 
-@part
+@inlined
 def give(nodal, places, start, count, f):
     """Add the forces of the first `count` lanes to the lines f."""
     for a in range(8):
@@ -114,7 +114,7 @@ def give(nodal, places, start, count, f):
             f[at + 2 * _W] += nodal[k + 2 * _W]
 
 
-@part
+@inlined
 def add_elastic_force(u, places, filled, material_of, materials, geometry, f):
     """Internal force of every block added to f.
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rail_fem.fe.finite_strain import add_elastic, rotate_stress, step_rotation, to_mid_step, von_mises
-from rail_fem.fe.lanes import compiled, gather, gather_one, inlined, load, part, scatter, store
+from rail_fem.fe.lanes import compiled, gather, gather_one, inlined, load, scatter, store
 from rail_fem.fe.plasticity import EXCESS, add_centre, flow_back, has_flowed, point_buffers, return_law, turn
 from rail_fem.fe.prefetch import INDICES, NUMBERS, fetch
 from rail_fem.fe.state import HOURGLASS, LANES, N_STATE, YIELD
@@ -107,7 +107,7 @@ def trial_of(x, v, dt, own, old, q1, q2, q3, q4):
     return ElementTrial(stress, b, volume, q1, q2, q3, q4, viscous, work, viscous * rate * volume * dt)
 
 
-@part
+@inlined
 def elastic_trial(nodal, dt, material, state, scratch):
     """Everything of a block up to the elastic trial stress, and what the force needs of it.
 
@@ -182,7 +182,7 @@ def stress_rows(t, u, p):
     return (t[0] + p, u[2], u[1]), (u[2], t[1] + p, u[0]), (u[1], u[0], t[2] + p)
 
 
-@part
+@inlined
 def internal_force(state, scratch, f):
     """Nodal internal forces of a block -> f (24*W,), see `modal_force`."""
     for e in range(_W):
@@ -199,7 +199,7 @@ def internal_force(state, scratch, f):
             store_nodal(f, i, e, linear, higher)
 
 
-@part
+@inlined
 def step_rotations(nodal, dt, rotation):
     """Rotation of the step of each lane, that of `elastic_trial` -> rotation (9*W,)."""
     for e in range(_W):

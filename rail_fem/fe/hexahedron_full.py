@@ -24,7 +24,7 @@ import numpy as np
 
 from rail_fem.fe.finite_strain import add_elastic, rotate_stress, step_rotation, to_mid_step, von_mises
 from rail_fem.fe.hexahedron import N_SCRATCH, constants_of, energy_density, viscous_pressure
-from rail_fem.fe.lanes import compiled, gather, gather_one, inlined, load, part, scatter, store
+from rail_fem.fe.lanes import compiled, gather, gather_one, inlined, load, scatter, store
 from rail_fem.fe.plasticity import EXCESS, add_centre, flow_back, has_flowed, point_buffers, return_law, turn
 from rail_fem.fe.prefetch import NUMBERS, fetch
 from rail_fem.fe.state import LANES, N_STATE_FULL, POINT_STATE, POINTS, YIELD
@@ -99,7 +99,7 @@ def begin_element(x, v, dt, own, mean, e):
     mean[VISCOUS * _W + e] = viscous * rate * volume * dt
 
 
-@part
+@inlined
 def whole_element(nodal, dt, material, vectors, rates, mean):
     """Of a block: covariant vectors of coordinates and velocities (VECTORS*W,), and `mean` (MEAN*W,)."""
     own = constants_of(material)
@@ -169,7 +169,7 @@ def trial_of_point(x1, x2, x3, v1, v2, v3, divergence, dt, own, old):
     return PointTrial(stress, r, c1, c2, c3, jacobian)
 
 
-@part
+@inlined
 def point_trial(vectors, rates, mean, point, dt, material, state, keeps_rotation, scratch):
     """Trial stress of one point of a block, and what its force needs -> scratch: area vectors, volume, excess.
 
@@ -217,7 +217,7 @@ def add_force_of_point(t, u, c1, c2, c3, jacobian, point, mean, forces, e):
     add(forces, r3, e, times(rows, c3))
 
 
-@part
+@inlined
 def add_point_force(state, scratch, point, mean, forces):
     """`add_force_of_point` of a block."""
     for e in range(_W):
@@ -252,7 +252,7 @@ def force_at_nodes(forces, mean, f, e):
         store_nodal(f, i, e, (fx, fy, fz), (h1, h2, h3, h4))
 
 
-@part
+@inlined
 def nodal_force(forces, mean, f):
     """`force_at_nodes` of a block."""
     for e in range(_W):

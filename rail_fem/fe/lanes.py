@@ -1,8 +1,8 @@
 """Blocks of LANES elements: how their kernels are compiled, and what goes in and out of a block.
 
-Inside a block the fastest index is the element, its lane. Functions on tuples are the mathematics of one element and
-are `inlined`; a `part` runs them over the lanes of a block, and the compiler turns its loop into vector code; what is
-`compiled` goes over all blocks.
+Inside a block the fastest index is the element, its lane. Functions on tuples are the mathematics of one element;
+others run them over the lanes of a block, and the compiler turns their loop into vector code: both are `inlined`. What
+is `compiled` goes over all blocks.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from rail_fem.fe.state import LANES
 _W = LANES
 # sums in any order, products and sums as one operation: without them there is no vector code
 FAST = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
-inlined = njit(inline="always", **FAST)
+# one copy, inside its caller: by the compiler, after types are found, for numba's own `inline` finds them anew in each
+inlined = njit(forceinline=True, **FAST)
 compiled = njit(cache=True, **FAST)
-part = njit(forceinline=True, **FAST)  # one copy, inside its caller
 uncounted = njit(forceinline=True, **UNCOUNTED, **FAST)  # a part that takes tables of arrays
 thread = njit(forceinline=True, cache=True, **FAST)  # what one thread of a card does
 
@@ -31,7 +31,7 @@ def store(a, s, k, e, u):
     a[s + k * _W + e], a[s + (k + 1) * _W + e], a[s + (k + 2) * _W + e] = u[0], u[1], u[2]
 
 
-@part
+@inlined
 def gather_one(x, nodes, start, nodal):
     """One nodal vector of one block -> nodal (24*W,), ordered node, component, lane."""
     for a in range(8):
@@ -40,7 +40,7 @@ def gather_one(x, nodes, start, nodal):
             nodal[k], nodal[k + _W], nodal[k + 2 * _W] = x[n], x[n + 1], x[n + 2]
 
 
-@part
+@inlined
 def gather(x, v, nodes, start, nodal):
     """Two nodal vectors of one block -> nodal (48*W,), ordered vector, node, component, lane."""
     for a in range(8):
@@ -50,7 +50,7 @@ def gather(x, v, nodes, start, nodal):
             nodal[k + 24 * _W], nodal[k + 25 * _W], nodal[k + 26 * _W] = v[n], v[n + 1], v[n + 2]
 
 
-@part
+@inlined
 def scatter(f_nodal, nodes, start, count, force):
     """Subtract the internal forces of the first `count` lanes from the nodal force."""
     for a in range(8):

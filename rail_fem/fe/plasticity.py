@@ -20,7 +20,7 @@ import numpy as np
 
 from bem.steel.cyclic_law import CyclicLaw, plastic_return, yield_stress_at
 from rail_fem.fe.finite_strain import rotate_stress
-from rail_fem.fe.lanes import inlined, load, part, store, thread, uncounted
+from rail_fem.fe.lanes import inlined, load, store, thread, uncounted
 from rail_fem.fe.state import (
     CYCLIC,
     HARDENING,
@@ -264,7 +264,7 @@ class ReturnLaw(NamedTuple):
     cyclic: CyclicLaw
 
 
-@part
+@inlined
 def return_law(steels, row):
     """-> ReturnLaw of the materials' row."""
     material = steels.rows[row]
@@ -306,7 +306,7 @@ def flow_alone(law, state, back, e, excess, point, rows):
     return flow.work
 
 
-@part
+@inlined
 def point_buffers(steels):
     """Room for the return of any of these steels."""
     k = 0

@@ -18,7 +18,7 @@ import numpy as np
 
 from rail_fem.fe.elastic import add_elastic_force
 from rail_fem.fe.finite_strain import add_elastic
-from rail_fem.fe.lanes import compiled, inlined, part
+from rail_fem.fe.lanes import compiled, inlined
 from rail_fem.fe.state import HOURGLASS_STIFFNESS, LAME, LANES, SHEAR
 from rail_fem.fe.trilinear import combine
 
@@ -187,7 +187,7 @@ def put(s, k, e, low, high):
         s[second + i * ROW] = high[i]
 
 
-@part
+@inlined
 def plane_modes(u, a, b, c, d, s, row):
     """One component of the modes of the planes of a section element whose lines start at a, b, c, d in u."""
     for e in range(_W):
@@ -197,7 +197,7 @@ def plane_modes(u, a, b, c, d, s, row):
         s[row + 6 * ROW + e], s[row + 9 * ROW + e] = s23 - s10, d23 - d10
 
 
-@part
+@inlined
 def arc_forces(s, own, arc):
     """Modes of the planes of a block, an eighth of them, -> forces on them. s : (36*ROW,), own : (N_SECTION,), arc :
     (N_ARC*LANES,)"""
@@ -232,7 +232,7 @@ def arc_forces(s, own, arc):
         put(s, 3, e, combine(1.0, force3, -1.0, h4), combine(1.0, force3, 1.0, h4))
 
 
-@part
+@inlined
 def add_to_lines(s, row, f, a, b, c, d):
     """One component of the forces of a block on its planes, added to the four lines of f. Two loops: vector code asks
     first whether lines overlap, which it does for two of them but not for four."""
@@ -249,7 +249,7 @@ def add_to_lines(s, row, f, a, b, c, d):
         f[d + e] += m0 + m2 - (m1 + m3)
 
 
-@part
+@inlined
 def take_lines(x, reference, v, damping, rings):
     """The displacement x - reference + damping v, (3 n,) vectors, of all lines -> u. Rank-local."""
     u, nodes, places = rings.u, rings.nodes, rings.places
@@ -260,7 +260,7 @@ def take_lines(x, reference, v, damping, rings):
         u[at + 2 * _W] = 0.125 * (x[i + 2] - reference[i + 2] + damping * v[i + 2])
 
 
-@part
+@inlined
 def add_ring_force(rings):
     """Internal force of the elements in rings at u, added to f. Rank-local. Allocates only its block buffer."""
     u, f, s = rings.u, rings.f, np.zeros(36 * ROW)
