@@ -235,7 +235,7 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
 def _told(changes: Mapping[str, Any]) -> str:
     """What was changed in words: the scene first, and how many more than a title has room for."""
     first = sorted(changes, key=lambda key: not key.startswith("scene."))
-    words = [f"{_words_of(key)} {_value_in_words(changes[key])}" for key in first[:MOST_TOLD]]
+    words = [f"{_words_of(key)} {_value_in_words(changes[key])}".rstrip() for key in first[:MOST_TOLD]]
     return ", ".join([*words, *([f"{len(first) - MOST_TOLD} more"] if len(first) > MOST_TOLD else [])])
 
 

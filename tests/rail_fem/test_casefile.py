@@ -183,5 +183,6 @@ def test_a_title_tells_what_was_changed_in_words():
     steel = {"scene.materials.wing": {"grade": "Mn13", "strength": "200 %"}}
     told = lambda changes: load_case(case, changes).title.partition("; ")[2]
     assert told({}) == "" and told(size) == "changed: element size 2 mm"
+    assert told({"scene.diverging": {}} | size) == "changed: diverging, element size 2 mm"  # an empty table
     more = size | {"run.fe_full.error_twin": False, "scene.vehicle.vehicle_sprung_mass": "90 t"} | steel
     assert told(more) == "changed: vehicle sprung mass 90 t, materials wing Mn13 200 %, element size 2 mm, 1 more"
