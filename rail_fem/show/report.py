@@ -55,7 +55,8 @@ def headlines(result: PassResult) -> list[Headline]:
         if (low := filtered_peak(result, cutoff)) is not None:
             force, where_low = engineering(low.value, "N", MOST_DIGITS), f"at x = {show(low.x, shown, 4)}"
             found.append(Headline(f"force low-passed at {cutoff:g} Hz", force, "", "", where_low))
-    transfer = _with_bars(result, "transfer from wing to nose", "transfer_x", result.transfer_x, "m", "")
+    words = "transfer from wing to nose" if result.scene.direction_sign > 0 else "transfer from nose to wing"
+    transfer = _with_bars(result, words, "transfer_x", result.transfer_x, "m", "")
     found.append(transfer._replace(value="none" if np.isnan(result.transfer_x) else f"x = {transfer.value}"))
     if not np.isnan(pressure := impact_pressure(result)):
         words, where_it_is = "mean pressure at the first impact", "of contact, weighted by force"
