@@ -32,6 +32,7 @@ import numpy as np
 from rail_fem.result.result import NAN, PassResult, Peak
 
 OPEN = 1e-3  # of the static load: less is no contact
+SHARED = 0.02  # of the force, from which on wing and nose count as carrying at once
 FALL = 0.25  # of the static load: a maximum stands so much above what follows it
 # column -> name of its peak
 LARGEST = {"force": "largest_force", "force_wing": "largest_force_wing", "force_nose": "largest_force_nose"}
@@ -170,9 +171,14 @@ def first_maximum(values: np.ndarray, fall: float) -> int:
     return int(np.argmax(values[: fallen[0]] if len(fallen) else values))
 
 
+def both_carry(history: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Whether wing and nose carry at once (n,): the mean of where they do lies in the flangeway."""
+    return np.minimum(history["force_wing"], history["force_nose"]) > SHARED * history["force"]
+
+
 def peak_at(history: Mapping[str, np.ndarray], column: str, row: int) -> Peak:
-    """A force of the history as a peak: x of the wheel's centre, y of contact where known."""
-    y = history["contact_y"][row] if "contact_y" in history else NAN
+    """A force of the history as a peak: x of the wheel's centre, y of contact where known, and one body carries."""
+    y = history["contact_y"][row] if "contact_y" in history and not both_carry(history)[row] else NAN
     return Peak(
         float(history[column][row]), "N", x=float(history["x"][row]), y=float(y), time=float(history["time"][row])
     )

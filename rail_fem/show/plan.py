@@ -7,12 +7,12 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from geometry.surfaces.bodies import REGIONS
+from rail_fem.result.events import both_carry
 from rail_fem.result.result import PassResult
 from rail_fem.show.fields import CrossingFields, faces_from_above
 from rail_fem.show.panels import cells, curve, legend_above, ring, strain_bar, strain_paint, strain_scale
 from rail_fem.show.style import BODY, HALO, give_title, new_figure
 
-SHARED = 0.02  # of the force, from which on both bodies count as carrying
 MARGIN = 12e-3  # shown around what has yielded and the contact path [m]
 LINE = 0.3  # height of a line of the title [inch]
 LONGEST_STRIP = 3.4  # length over width of a strip; longer views go on in the next strip
@@ -56,10 +56,7 @@ def contact_path(result: PassResult) -> tuple[np.ndarray, np.ndarray]:
     """Positions of contact [mm], NaN where there is none or where wing and nose carry at once: the mean of both would
     lie in the flangeway. The line breaks there."""
     x, y, force = (result.history[name] for name in ("contact_x", "contact_y", "force"))
-    lost = ~(force > 0)
-    if np.isfinite(result.history["force_nose"]).any():
-        share = np.minimum(result.history["force_wing"], result.history["force_nose"])
-        lost |= share > SHARED * force
+    lost = ~(force > 0) | both_carry(result.history)
     return np.where(lost, np.nan, 1e3 * x), np.where(lost, np.nan, 1e3 * y)
 
 

@@ -10,11 +10,13 @@ from matplotlib.text import Text
 from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.hierarchy import solve
+from rail_fem.result.events import peak_at
 from rail_fem.result.result import PassResult
 from rail_fem.show.energies import LINES, SHARES
 from rail_fem.show.force import force_figure
 from rail_fem.show.patches import patches_figure
 from rail_fem.show.plan import contact_path
+from rail_fem.show.report import headlines
 from rail_fem.show.style import new_figure, save
 
 WINDOW = {"start": "300 mm", "end": "400 mm"}
@@ -39,6 +41,21 @@ def test_the_path_of_contact_breaks_where_both_bodies_carry(scene):
     }
     y = contact_path(PassResult("rigid_hertz", scene, {}, columns))[1]
     assert np.isnan(y[1:3]).all() and np.allclose(y[[0, 3, 4]], [0.0, 39.96, 40.0])
+    at = [peak_at(columns, "force_wing", row).y for row in range(5)]
+    assert np.isnan(at[2]) and np.allclose(np.delete(at, 2), [0.0, 0.0, 0.03996, 0.04])
+
+
+def test_the_transfer_is_told_from_the_body_that_the_wheel_leaves(scene):
+    words = [
+        {
+            one.name
+            for one in headlines(
+                PassResult("rigid_hertz", scene.replace(direction=way), {}, {"time": [0.0], "x": [0.0]})
+            )
+        }
+        for way in ("facing", "trailing")
+    ]
+    assert "transfer from wing to nose" in words[0] and "transfer from nose to wing" in words[1]
 
 
 def test_no_colour_of_the_energies_means_two_things():
