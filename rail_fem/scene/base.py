@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Strict, ValidationError, ValidationInfo, field_validator
+from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from rail_fem.scene.input_errors import faults_of, quantity_of, table_of
@@ -16,6 +16,7 @@ STEP_SUFFIXES = (".step", ".stp")
 
 GRAVITY = 9.81  # [m/s2]
 Count = Annotated[int, Strict()]  # true is no count of 1
+FileName = Annotated[str, Field(max_length=400, pattern=PRINTABLE)]  # a path beside the case file
 
 
 class InputError(ValueError):

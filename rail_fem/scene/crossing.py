@@ -14,7 +14,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from geometry.surfaces.crossing import CastCrossing, CrossingError
-from rail_fem.scene.base import KEPT_SECTIONS, PRINTABLE, STEP_SUFFIXES, FromFile, input_error, kept
+from rail_fem.scene.base import KEPT_SECTIONS, STEP_SUFFIXES, FileName, FromFile, input_error, kept
 from rail_fem.scene.units import Quantity
 
 if TYPE_CHECKING:
@@ -117,18 +117,11 @@ class Crossing(FromFile):
     switch_entry: Annotated[float, Quantity("mrad", 0, 50, "angle between stock rail and switch rail at the toe")] = (
         6.6667e-3
     )
-    file: str = Field(
+    file: FileName = Field(
         "",
-        max_length=400,
-        pattern=PRINTABLE,
         description="of family sections: a .slcs, a .csv of x, y, z, or a folder of sections; of family step: a .step",
     )
-    stations: str = Field(
-        "",
-        max_length=400,
-        pattern=PRINTABLE,
-        description="list of stations in a folder of sections; none: stations.csv",
-    )
+    stations: FileName = Field("", description="list of stations in a folder of sections; none: stations.csv")
     unit: Literal["mm", "cm", "m", "inch"] | None = Field(None, description="unit of the sections; none: as they say")
     station_unit: Literal["mm", "cm", "m", "inch"] | None = Field(
         None, description="unit of a folder's stations; none: as the list says"

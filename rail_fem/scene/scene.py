@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError
 
 from geometry.axes import tread_datum_y
 from geometry.surfaces.bodies import REGIONS
-from rail_fem.scene.base import GRAVITY, PRINTABLE, Count, FromFile, Frozen, input_error, kept
+from rail_fem.scene.base import GRAVITY, PRINTABLE, Count, FileName, FromFile, Frozen, input_error, kept
 from rail_fem.scene.bearers import Bearers
 from rail_fem.scene.crossing import CAST, SWITCH, Crossing
 from rail_fem.scene.cyclic_hardening import CyclicHardening
@@ -43,9 +43,7 @@ class Wheel(FromFile):
 
     READ, KEPT, TOLD = "measured", KEPT, frozenset({"profile", *READING})
 
-    profile: str = Field(
-        max_length=400, pattern=PRINTABLE, description="name of a wheel profile, or the path of a profile file"
-    )
+    profile: FileName = Field(description="name of a wheel profile, or the path of a profile file")
     far_tread_slope: Annotated[float, Quantity("%", 5, 15, "slope of the far tread of the P8 family")] = 0.067
     radius: Annotated[float, Quantity("mm", 250, 700, "rolling radius at the tread datum")] = 0.425
     label: str = Field("", max_length=100, pattern=PRINTABLE, description="free text that tables and plots show")

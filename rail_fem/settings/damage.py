@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from rail_fem.scene.base import InputError, input_error
+from rail_fem.scene.base import FileName, InputError, input_error
 from rail_fem.scene.scene import Count, Frozen, Wheel
 from rail_fem.scene.units import Quantity
 from rail_fem.settings.draws import Draw, Draws
@@ -19,6 +19,24 @@ TELLS_A_FILE = {"give flange_back": "--flange-back 0", "state the unit": "--unit
 WHEEL = "scene.wheel.profile"  # key that a fleet draws
 Deposit = Literal["position", "length", "reach"]
 Years = Annotated[float, Quantity("", 0, 100, "years from now")]
+
+
+def _checked_wheel(wheel: str, info: ValidationInfo) -> str:
+    """Name of a profile, or its file beside the case."""
+    if not wheel:
+        return ""
+    try:
+        return Wheel.checked({"profile": wheel}, info.context).profile
+    except InputError as error:
+        told = "; ".join(remedy for _, remedy in error.faults)
+        flag = next((flag for asked, flag in TELLS_A_FILE.items() if asked in told), None)
+        if flag:
+            file = Path((info.context or {}).get("folder", ".")) / wheel
+            told += f"; its table has no key for it: rail-fem profile {file} {flag} --write {file.stem}-told.csv"
+        raise input_error("wheel", told) from None
+
+
+WheelName = Annotated[str, AfterValidator(_checked_wheel)]
 
 
 class SwitchSite(Frozen):
@@ -35,31 +53,15 @@ class SwitchSite(Frozen):
 class Traffic(Frozen):
     """A kind of pass in the traffic of a damage study."""
 
-    wheel: str = Field("", description="wheel profile by name, or as a path beside the case file; none: the scene's")
+    wheel: WheelName = Field(
+        "", description="wheel profile by name, or as a path beside the case file; none: the scene's"
+    )
     stock: Literal["passenger", "freight", "tractive"] = Field("passenger", description="by which its tonnage counts")
     share: Annotated[float, Quantity("", 0, 1, "of all passes; shares sum to 1")] = 1.0
     speed: Annotated[float | None, Quantity("mph", 0.5, 350, "speed; none: the scene's")] = None
     axle_load: Annotated[
         float | None, Quantity("t", 1, 60, "axle load, by which its sprung mass differs; none: the scene's")
     ] = None
-
-    @field_validator("wheel")
-    @classmethod
-    def _wheel_is_there(cls, wheel: str, info: ValidationInfo) -> str:
-        return _checked_wheel(wheel, info) if wheel else ""
-
-
-def _checked_wheel(wheel: str, info: ValidationInfo) -> str:
-    """Name of a profile, or its file beside the case."""
-    try:
-        return Wheel.checked({"profile": wheel}, info.context).profile
-    except InputError as error:
-        told = "; ".join(remedy for _, remedy in error.faults)
-        flag = next((flag for asked, flag in TELLS_A_FILE.items() if asked in told), None)
-        if flag:
-            file = Path((info.context or {}).get("folder", ".")) / wheel
-            told += f"; its table has no key for it: rail-fem profile {file} {flag} --write {file.stem}-told.csv"
-        raise input_error("wheel", told) from None
 
 
 class DamageFleet(Draws):
@@ -92,15 +94,10 @@ class LineWear(Frozen):
 class Turning(Frozen):
     """Wheels of a life study that come at all ages between two turnings."""
 
-    worn: str = Field("", description="profile to which wheels wear, by name, or as a path beside the case file")
+    worn: WheelName = Field("", description="profile to which wheels wear, by name, or as a path beside the case file")
     line: LineWear | None = Field(None, description="in place of worn: they wear on straight line, up to a limit")
     until: Annotated[float, Quantity("", 0, 1, "of that wear, at which they are turned; 0: they stay new")] = 1.0
     ages: Count = Field(3, ge=1, le=50, description="equal parts of the way between two turnings, a wheel each")
-
-    @field_validator("worn")
-    @classmethod
-    def _wheel_is_there(cls, worn: str, info: ValidationInfo) -> str:
-        return _checked_wheel(worn, info) if worn else ""
 
     @model_validator(mode="after")
     def _one_way_to_wear(self) -> Self:
@@ -197,9 +194,8 @@ class DamageSettings(Frozen):
     track_category: Literal["1A", "1", "2", "3", "4", "5", "6"] | None = Field(
         None, description="by which the crossing is inspected; none: nothing is said of inspections"
     )
-    flow: str = Field(
+    flow: FileName = Field(
         "",
-        max_length=400,
         description="folder of a run of bem_plastic or fe_full on the same crossing, relative to the case file: wear"
         " begins on the surface that its plastic flow has left; none: on the casting",
     )

@@ -11,7 +11,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from geometry.axes import RAIL_DEPTH, WHEEL_DEPTH
 from geometry.profiles.formats.raw import LARGEST_MESH, open_file
-from rail_fem.scene.base import PRINTABLE, input_error
+from rail_fem.scene.base import FileName, input_error
 from rail_fem.scene.scene import Count, Frozen, Scene
 from rail_fem.scene.units import Quantity
 
@@ -141,10 +141,8 @@ class FeSettings(Frozen):
         "cpu", description="what makes the steps: cores, or a graphics card, to round-off the same"
     )
     max_steps: Count | None = Field(None, ge=1, description="stop after this many steps; none: the whole pass")
-    mesh: str = Field(
+    mesh: FileName = Field(
         "",
-        max_length=400,
-        pattern=PRINTABLE,
         description="a file with one's own hexahedra in groups (.msh, .inp, .vtu, .med, .xdmf), run as they are; none:"
         " meshed here",
     )
