@@ -53,7 +53,7 @@ def lateral_equilibrium(
     pushed = _push(system, contacts, here)
     sign = 1.0 if pushed >= 0 else -1.0
     while sign * pushed > 0:
-        if abs(_across(system, here)) + STEP > widest:
+        if abs(system.across(here)) + STEP > widest:
             raise ValueError(_no_equilibrium(system, contacts, here, pushed))
         before, here = here, here.copy()
         here[LATERAL] += sign * STEP
@@ -66,7 +66,7 @@ def lateral_equilibrium(
 
 def _equilibrium(system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray) -> Equilibrium:
     clearance, stiffness = system.stop
-    across = _across(system, position)
+    across = float(system.across(position))
     found = static_forces(system, contacts, position)
     return Equilibrium(position, found.contact, stiffness * max(across - clearance, 0.0), across)
 
@@ -85,10 +85,6 @@ def _held_at(
             position[LATERAL] = y - system.rolling_radius * position[ROLL]
             position = _settled(system, contacts, position)
     return position
-
-
-def _across(system: WheelsetSystem, position: np.ndarray) -> float:
-    return float(position[LATERAL] + system.rolling_radius * position[ROLL])
 
 
 def _push(system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray) -> float:
@@ -138,7 +134,7 @@ def _no_equilibrium(system: WheelsetSystem, contacts: WheelsetContacts, position
     slope = np.abs(contacts.slope[leading, 0])
     steepest = slope.max(axis=0)
     derails = steepest[-1] < PAST_FACE * steepest.max() and steepest.max() > 1.0
-    across = _across(system, position) * 1e3
+    across = system.across(position) * 1e3
     what = (
         f"the wheelset derails: {abs(pushed) / 1e3:.1f} kN still push it {force} at {across:.2f} mm, where its flange"
         " has climbed the rail"

@@ -11,7 +11,6 @@ from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.vertical_pass import half_steps
 from rail_fem.passes.wheelset_dynamics import (
     LATERAL,
-    ROLL,
     YAW,
     WheelsetContacts,
     WheelsetSystem,
@@ -67,7 +66,7 @@ def lateral_start(scene: Scene, start: float, end: float) -> LateralStart:
     CrossingError.
     """
     surfaces, system, contacts, position = _standing(scene, _settings(scene, start, end))
-    across = float(position[LATERAL] + system.rolling_radius * position[ROLL])
+    across = float(system.across(position))
     along_pass = contact_table(centred(scene), start, end, NOSE_SPACING, across)
     one = Surfaces(np.array([across]), (along_pass,), surfaces.plain[:1], surfaces.level[:1])
     refuse_flange_on_nose(scene, system, one, position[None])

@@ -72,6 +72,10 @@ class WheelsetSystem(NamedTuple):
     stop: tuple[float, float]
     curvature: float = 0.0
 
+    def across(self, position: np.ndarray) -> np.ndarray:
+        """Lateral position at rail level (...) [m] of positions (..., 8)."""
+        return position[..., LATERAL] + self.rolling_radius * position[..., ROLL]
+
 
 Values = TypeVar("Values", WheelsetContacts, WheelsetSystem)
 
@@ -93,7 +97,7 @@ def march(
             f"wheelset dynamics: step {bad} of {len(motion.path_work)} does not close, t = {bad * step:.4g} s: take a"
             " shorter time_step"
         )
-    across = motion.position[:, LATERAL] + system.rolling_radius * motion.position[:, ROLL]
+    across = system.across(motion.position)
     widest = np.abs(contacts.shift).max()
     if np.abs(across).max() > widest:
         i = int(np.argmax(np.abs(across) > widest))

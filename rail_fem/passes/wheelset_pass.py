@@ -116,7 +116,7 @@ def refuse_flange_on_nose(scene: Scene, system: WheelsetSystem, surfaces: Surfac
     if scene.diverging is None or not (found := flange_on_nose(surfaces)):
         return
     allowed, x = found
-    across = float((position[:, LATERAL] + system.rolling_radius * position[:, ROLL]).max())
+    across = float(system.across(position).max())
     if across < allowed:
         return
     if np.isfinite(system.stop[0]):
@@ -322,7 +322,7 @@ def as_light(
     arm, middle = datum_arm(scene), (motion.position[1:] + motion.position[:-1]) / 2
     of_left = lambda a: np.stack([a[:, SPRUNG_LEFT], a[:, HEIGHT] + arm * a[:, ROLL], a[:, TRACK_LEFT]], axis=1)
     clearance, stiffness = system.stop
-    across = middle[:, LATERAL] + system.rolling_radius * middle[:, ROLL]
+    across = system.across(middle)
     columns = {"force_other": motion.force[2]}
     if np.isfinite(clearance):
         columns["force_check"] = stiffness * np.maximum(across - clearance, 0.0)
