@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -85,14 +85,14 @@ def solve(
         )
         with told:
             report = _reporter(progress, len(stations), abs(run.x[-1] - run.x[0]) / scene.speed)
-            flow = _rolled(stations, key, b, steels[body], settings, settings.cell_size, report, wheels)
+            flow = flow_of(stations, key, b, steels[body], settings, settings.cell_size, report, wheels)
         flows[body] = flow
         flags += passes_flags(body, flow, settings.passes)
         found = _pieces(mine, flow, stations)
         left = {name: metal_of(piece, surface) for name, piece in found.items()}
         if settings.error_estimate and left:
             twin = Wheels(settings.passes)
-            coarse_flow = _rolled(stations, key, b, steels[body], settings, COARSER * settings.cell_size, wheels=twin)
+            coarse_flow = flow_of(stations, key, b, steels[body], settings, COARSER * settings.cell_size, wheels=twin)
             there = _pieces(mine, coarse_flow, stations)
             for name in left:
                 bars |= strain_bars(name, left[name], metal_of(there[name], surface) if name in there else {})
@@ -173,41 +173,8 @@ def strain_bars(part: str, left: dict, coarse: dict) -> dict[str, float]:
     }
 
 
-@dataclass(frozen=True)
-class ForceHistory:
-    """Vertical forces of a pass by any model: time (m,) [s], position of the wheel x (m,) [m], force (2, m) [N] on wing
-    and nose."""
-
-    time: np.ndarray
-    x: np.ndarray
-    force: np.ndarray
-
-    @classmethod
-    def of(cls, result: PassResult) -> ForceHistory:
-        """What a result's history says, without rows in which a body's force is not told."""
-        force = np.array([result.history[f"force_{body}"] for body in BODIES])
-        told = np.isfinite(force).all(axis=0)
-        return cls(result.history["time"][told], result.history["x"][told], force[:, told])
-
-
-def flow_of(
-    scene: Scene,
-    settings: BemPlasticSettings,
-    pairs: tuple[TableKey, ContactTable],
-    run: LightPass | ForceHistory,
-    body: int,
-) -> Flow | None:
-    """Plastic flow of one body (0 wing, 1 nose) under the forces of a pass; None where it carries nothing or its steel
-    does not yield. pairs : contacts along the path, by `contact_table`."""
-    steel = (scene.materials.wing, scene.materials.nose)[body].steel()
-    stations = stations_of(*pairs, run, body, settings.step, CARRIES * scene.static_wheel_load)
-    if not stations or steel.is_elastic:
-        return None
-    return _rolled(stations, pairs[0], body, steel, settings, settings.cell_size)
-
-
 def stations_of(
-    key: TableKey, table: ContactTable, run: LightPass | ForceHistory, body: int, step: float, least: float
+    key: TableKey, table: ContactTable, run: LightPass, body: int, step: float, least: float
 ) -> list[Station]:
     """Positions about every `step` [m] where a body carries more than `least` [N], in the order of the pass."""
     force, (low, high) = run.force[body], sorted((run.x[0], run.x[-1]))
@@ -236,7 +203,7 @@ def hardening_of(steel: Steel, kinematic: bool) -> YieldLaw:
     return Hardening(steel.hardening_strain, steel.hardening_stress, kinematic or steel.hardening == "kinematic")
 
 
-def _rolled(
+def flow_of(
     stations: list[Station],
     key: TableKey,
     body: int,
@@ -246,6 +213,7 @@ def _rolled(
     report: Callable[[float], None] = lambda share: None,
     wheels: Wheels = Wheels(),
 ) -> Flow:
+    """Plastic flow of one body (0 wing, 1 nose) of that steel, with cells of `side` [m] across and in depth."""
     elastic = Elastic(*key.steels[2]), Elastic(*key.steels[body])
     cell, hardening = (settings.cell_aspect * side, side), hardening_of(steel, settings.kinematic)
     return roll_along(stations, elastic, hardening, cell, settings.agreement, report, wheels)

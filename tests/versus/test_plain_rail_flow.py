@@ -1,6 +1,7 @@
 """Plastic flow of a plain rail, no corner near the patch: the plastic half-space under the forces of the elements."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -8,7 +9,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.contact.contact_pairs import crossing_surface
 from rail_fem.contact.contact_table import contact_table, table_key
 from rail_fem.models import fe_full
-from rail_fem.models.bem_plastic import ForceHistory, flow_flags, flow_of
+from rail_fem.models.bem_plastic import CARRIES, flow_flags, flow_of, stations_of
 from rail_fem.passes.plastic_fields import metal_of
 from rail_fem.result.quantities import reported
 from rail_fem.settings.light import BemPlasticSettings
@@ -32,7 +33,10 @@ def test_where_no_corner_is_near_half_space_and_elements_find_the_same_flow_at_t
     settings = BemPlasticSettings(cell_size="1.5 mm", step="1.5 mm").model_copy(update=WINDOW)
     window = settings.window(scene)
     pairs = table_key(scene, *window, settings.path_spacing), contact_table(scene, *window, settings.path_spacing)
-    flow = flow_of(scene, settings, pairs, ForceHistory.of(elements), 0)
+    history = elements.history
+    forces = SimpleNamespace(time=history["time"], x=history["x"], force=[history["force_wing"]])
+    stations = stations_of(*pairs, forces, 0, settings.step, CARRIES * scene.static_wheel_load)
+    flow = flow_of(stations, pairs[0], 0, scene.materials.wing.steel(), settings, settings.cell_size)
     cells = metal_of(flow, crossing_surface(pairs[0].crossing, "wing"))["values"]
     assert {flag["what"] for flag in flow_flags("rail", flow)} == {"no friction"}
     found = reported(elements)
