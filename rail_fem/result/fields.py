@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from geometry.axes import VOIGT
+from geometry.surfaces.bodies import REGIONS
 from rail_fem.files.vtu_layout import read_arrays
 
 MESH = "mesh.npz"  # the mesh of a run, in its folder
@@ -41,6 +42,18 @@ class Fields:
     stress: np.ndarray
     time: float
     source: str
+
+    def worst(self, body: str) -> int | None:
+        """The cell of a body ("wing", "nose", "wheel") with the largest plastic strain; None where nothing has
+        yielded."""
+        mine = np.flatnonzero(self.region == REGIONS.index(body))
+        if not len(mine) or not self.plastic_strain[mine].max() > 0:
+            return None
+        return int(mine[self.plastic_strain[mine].argmax()])
+
+    def centre(self, cell: int) -> np.ndarray:
+        """Mean of a cell's nodes (3,) [m]."""
+        return self.points[self.cells[cell]].mean(axis=0)
 
 
 def field_file(folder: Path, frame: int | None = None) -> Path:

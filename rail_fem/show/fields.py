@@ -3,47 +3,21 @@ section."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from geometry.meshing.hexmesh import boundary_faces
-from geometry.surfaces.bodies import CROSSING, REGIONS
-from rail_fem.result.fields import FieldsError, field_file, read_fields
+from geometry.surfaces.bodies import CROSSING
+from rail_fem.result.fields import Fields, FieldsError, field_file, read_fields
 
 SEEN = 0.05  # a face is seen from above when the upward part of its unit normal exceeds this
 EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
 
 
-@dataclass(frozen=True)
-class CrossingFields:
-    """Hexahedra of the crossing, in the undeformed position.
-
-    points : (n, 3) [m];  cells : (m, 8) VTK order;  region : (m,) 0 wing, 1 nose;  plastic_strain : (m,) PEEQ [1]
-    source : name of the file
-    """
-
-    points: np.ndarray
-    cells: np.ndarray
-    region: np.ndarray
-    plastic_strain: np.ndarray
-    source: str
-
-    def worst(self, body: str) -> int | None:
-        """The cell of a body ("wing", "nose") with the largest plastic strain; None where nothing has yielded."""
-        mine = np.flatnonzero(self.region == REGIONS.index(body))
-        if not len(mine) or not self.plastic_strain[mine].max() > 0:
-            return None
-        return int(mine[self.plastic_strain[mine].argmax()])
-
-    def centre(self, cell: int) -> np.ndarray:
-        """Mean of a cell's nodes (3,) [m]."""
-        return self.points[self.cells[cell]].mean(axis=0)
-
-
-def read_crossing(folder: Path) -> CrossingFields:
-    """Wing and nose from the last fields of a run. Errors: FieldsError."""
+def read_crossing(folder: Path) -> Fields:
+    """Wing and nose, with all nodes, from the last fields of a run. Errors: FieldsError."""
     path = field_file(folder)
     found = read_fields(path)
     crossing = np.isin(found.region, CROSSING)
@@ -51,9 +25,8 @@ def read_crossing(folder: Path) -> CrossingFields:
         raise FieldsError(
             f"{path}: none of its {len(found.region)} cells belongs to wing (region 0) or nose (region 1)"
         )
-    return CrossingFields(
-        found.points, found.cells[crossing], found.region[crossing], found.plastic_strain[crossing], path.name
-    )
+    of_cells = ("cells", "region", "plastic_strain", "stress")
+    return replace(found, **{name: getattr(found, name)[crossing] for name in of_cells})
 
 
 def faces_from_above(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

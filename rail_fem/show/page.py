@@ -20,11 +20,11 @@ from pydantic import ValidationError
 from rail_fem.case.template import written
 from rail_fem.files.atomic import write_text_atomically
 from rail_fem.hierarchy import MODELS
-from rail_fem.result.fields import FieldsError
+from rail_fem.result.fields import Fields, FieldsError
 from rail_fem.result.quantities import FORCES
 from rail_fem.result.result import PassResult, load
 from rail_fem.result.trust import GOOD
-from rail_fem.show.fields import CrossingFields, read_crossing
+from rail_fem.show.fields import read_crossing
 from rail_fem.show.figures import STRAIN, draw_run, titles
 from rail_fem.show.metal import metal_rows
 from rail_fem.show.page_charts import Chart, NamedResult, any_history, heights, strain_surface
@@ -265,7 +265,7 @@ def numbers(runs: Sequence[NamedResult]) -> list[Part]:
 
 def _strain(runs: Sequence[NamedResult], folders: Sequence[Path]) -> list[Part]:
     """Surfaces that turn, plan and section; in words what is wrong with a run's fields."""
-    surfaces: dict[int, CrossingFields] = {}
+    surfaces: dict[int, Fields] = {}
     pictures, faults = {}, []
     for number, (run, folder) in enumerate(zip(runs, folders)):
         if not set(STRAIN) & set(titles(run.result)):

@@ -17,11 +17,12 @@ from matplotlib.colors import to_hex
 from geometry.meshing.hexmesh import boundary_faces
 from geometry.surfaces.bodies import REGIONS
 from rail_fem.result.events import LARGEST, lost_contact, settling_end, stated_peaks
+from rail_fem.result.fields import Fields
 from rail_fem.result.history import COLUMNS
 from rail_fem.result.quantities import FORCES as QUANTITIES
 from rail_fem.result.result import PassResult
 from rail_fem.scene.units import si_factor
-from rail_fem.show.fields import CrossingFields, faces_from_above
+from rail_fem.show.fields import faces_from_above
 from rail_fem.show.force import FORCES, MARKED, computed_path, given_path, path_shift
 from rail_fem.show.plan import contact_path, view_box
 from rail_fem.show.positions import distance_words
@@ -204,7 +205,7 @@ def any_history(runs: Sequence[NamedResult]) -> Chart | None:
     return Chart("", pictures, {"quantity": list(pictures)}, 420) if pictures else None
 
 
-def strain_surface(run: NamedResult, fields: CrossingFields, most: float) -> Chart:
+def strain_surface(run: NamedResult, fields: Fields, most: float) -> Chart:
     """The crossing's surface around what has yielded, coloured by the plastic strain of its elements; most : end of the
     scale [1]"""
     faces, owner = _seen(run.result, fields)
@@ -238,7 +239,7 @@ def strain_surface(run: NamedResult, fields: CrossingFields, most: float) -> Cha
     return Chart(words, {"": {"data": marked, "layout": look | {"scene": scene}}}, {}, 430, turns=True)
 
 
-def _seen(result: PassResult, fields: CrossingFields) -> tuple[np.ndarray, np.ndarray]:
+def _seen(result: PassResult, fields: Fields) -> tuple[np.ndarray, np.ndarray]:
     """Outer faces (k, 4) of cells around what has yielded and the path of contact, and the cell of each (k,)."""
     above, of = faces_from_above(fields.points, fields.cells)
     corners, yielded = 1e3 * fields.points[above][:, :, :2], fields.plastic_strain[of] > 0
@@ -284,12 +285,12 @@ def thinned(
     return points, faces, strain, width
 
 
-def _worst(fields: CrossingFields) -> list[Trace]:
+def _worst(fields: Fields) -> list[Trace]:
     """The most strained element of each body, with its value."""
     marks = []
     for body in BODY:
         if (cell := fields.worst(body)) is not None:
-            x, y, z = 1e3 * fields.points[fields.cells[cell]].mean(axis=0)
+            x, y, z = 1e3 * fields.centre(cell)
             words = f"{body}: at most {100 * fields.plastic_strain[cell]:.2f} %"
             top = 1e3 * fields.points[fields.cells[fields.region == REGIONS.index(body)]][:, :, 2].max()
             mark = {"type": "scatter3d", "mode": "markers+text", "text": [words], "textposition": "top center"}

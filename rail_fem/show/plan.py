@@ -8,8 +8,9 @@ from matplotlib.patheffects import withStroke
 
 from geometry.surfaces.bodies import REGIONS
 from rail_fem.result.events import both_carry
+from rail_fem.result.fields import Fields
 from rail_fem.result.result import PassResult
-from rail_fem.show.fields import CrossingFields, faces_from_above
+from rail_fem.show.fields import faces_from_above
 from rail_fem.show.panels import cells, curve, legend_above, ring, strain_bar, strain_paint, strain_scale
 from rail_fem.show.style import BODY, HALO, give_title, new_figure
 
@@ -18,7 +19,7 @@ LINE = 0.3  # height of a line of the title [inch]
 LONGEST_STRIP = 3.4  # length over width of a strip; longer views go on in the next strip
 
 
-def plan_figure(result: PassResult, fields: CrossingFields, name: str) -> Figure:
+def plan_figure(result: PassResult, fields: Fields, name: str) -> Figure:
     """PEEQ in percent on wing and nose, with the path of contact; long views in several strips."""
     faces, owner = faces_from_above(fields.points, fields.cells)
     strain, corners = fields.plastic_strain[owner], 1e3 * fields.points[faces][:, :, :2]
@@ -88,7 +89,7 @@ def cut_in_strips(low: float, high: float, bottom: float, top: float) -> list[tu
     return [(ends[i], ends[i + 1], bottom, top) for i in range(count)]
 
 
-def mark_worst(axes, fields: CrossingFields, owner: np.ndarray, corners: np.ndarray) -> None:
+def mark_worst(axes, fields: Fields, owner: np.ndarray, corners: np.ndarray) -> None:
     """A ring around the surface element of each body with the largest strain, with its value in the legend."""
     for body, marker in (("wing", "o"), ("nose", "D")):
         mine = np.flatnonzero(fields.region[owner] == REGIONS.index(body))
@@ -101,7 +102,7 @@ def mark_worst(axes, fields: CrossingFields, owner: np.ndarray, corners: np.ndar
 
 
 def name_bodies(
-    axes, fields: CrossingFields, box: tuple[float, float, float, float], path: tuple[np.ndarray, np.ndarray]
+    axes, fields: Fields, box: tuple[float, float, float, float], path: tuple[np.ndarray, np.ndarray]
 ) -> None:
     """The words wing and nose near an end of the body's visible part, off the path of contact."""
     low, high, bottom, top = box

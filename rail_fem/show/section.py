@@ -8,8 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from geometry.surfaces.bodies import REGIONS
+from rail_fem.result.fields import Fields
 from rail_fem.result.result import PassResult
-from rail_fem.show.fields import CrossingFields, cut_at, depth_below
+from rail_fem.show.fields import cut_at, depth_below
 from rail_fem.show.panels import cells, new_panels, ring, strain_bar, strain_paint, strain_scale
 from rail_fem.show.style import BODY, give_title, words_instead
 
@@ -17,7 +18,7 @@ NOTABLE = 0.02  # part of the largest strain that the close view must hold
 SMALLEST, LARGEST = 6.0, 30.0  # half width of the close view [mm]
 
 
-def section_figure(result: PassResult, fields: CrossingFields, name: str) -> Figure:
+def section_figure(result: PassResult, fields: Fields, name: str) -> Figure:
     """One column for each body that has yielded: the whole section above, the neighbourhood of its worst element
     beneath."""
     worst = {body: cell for body in ("wing", "nose") if (cell := fields.worst(body)) is not None}
@@ -35,7 +36,7 @@ def section_figure(result: PassResult, fields: CrossingFields, name: str) -> Fig
     return figure
 
 
-def draw_section(column, fields: CrossingFields, body: str, worst: int, colours: ScalarMappable) -> None:
+def draw_section(column, fields: Fields, body: str, worst: int, colours: ScalarMappable) -> None:
     """Whole section and close view (the two axes of `column`) of a body at the x of its worst cell."""
     mine = np.flatnonzero(fields.region == REGIONS.index(body))
     position = fields.centre(worst)

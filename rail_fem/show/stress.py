@@ -108,7 +108,7 @@ def residual(fields: Fields, body: str, component: int) -> FieldPanel | None:
 
 def section(fields: Fields, mine: np.ndarray, values: np.ndarray, worst: int) -> FieldPanel:
     """Cells `mine` cut at the x of their cell number `worst`; values (len(mine),) [Pa]."""
-    centre = fields.points[fields.cells[mine[worst]]].mean(axis=0)
+    centre = fields.centre(mine[worst])
     polygons, cut = cut_at(fields.points, fields.cells[mine], centre[0])
     depth = 1e3 * depth_below(polygons, centre[1:])
     return FieldPanel(

@@ -11,10 +11,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rail_fem.hierarchy import MODELS
+from rail_fem.result.fields import Fields, FieldsError
 from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import show
-from rail_fem.show.fields import CrossingFields, FieldsError, faces_from_above, read_crossing
+from rail_fem.show.fields import faces_from_above, read_crossing
 from rail_fem.show.panels import cells, legend_above, new_panels, strain_bar, strain_paint, strain_scale, titled
 from rail_fem.show.plan import contact_path, view_box
 from rail_fem.show.style import (
@@ -77,7 +78,7 @@ def group_figure(title: str, results: Mapping[str, PassResult]) -> Figure:
 def strain_figure(title: str, folders: Mapping[str, Path], results: Mapping[str, PassResult]) -> Figure | None:
     """Plastic strain from above, a strip for each case, all with one legend and one window; None where no case has
     fields."""
-    fields: dict[str, CrossingFields] = {}
+    fields: dict[str, Fields] = {}
     for name, folder in folders.items():
         try:
             fields[name] = read_crossing(folder)
