@@ -28,35 +28,31 @@ DRIVERS: dict[str, tuple[Callable[[Scene], float], Callable[[Scene, float], Scen
 }
 
 
-def volume(scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None, body: str) -> float:
-    """Worn off a body ("wing" or "nose") by one pass of the scene's wheel [m3]."""
+def volume(scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None) -> float:
+    """Worn off the nose by one pass of the scene's wheel [m3]."""
     contacts = contacts_of_pass(solve("rigid_hertz", scene, run), settings)
     areas = worn_area(laws_of(settings)[settings.law], contacts.patches, contacts.speed)
-    return float(areas[contacts.body == BODIES.index(body)].sum()) * settings.patch_spacing
+    return float(areas[contacts.body == BODIES.index("nose")].sum()) * settings.patch_spacing
 
 
 SHAPES = ("P8", "P8-worn", "P8-hollow")
 
 
-def wheel_ratios(
-    scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None, body: str = "nose"
-) -> dict[str, float]:
-    """Volume worn off a body by one pass of each wheel shape of the scene's radius, over that of the scene's own."""
+def wheel_ratios(scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None) -> dict[str, float]:
+    """Volume worn off the nose by one pass of each wheel shape of the scene's radius, over that of the scene's own."""
     coarse = settings.replace(cells=min(settings.cells, 20))
-    own = volume(scene, coarse, run, body)
+    own = volume(scene, coarse, run)
     return {
-        shape: volume(scene.replace(wheel={"profile": shape}), coarse, run, body) / own if own > 0 else float("nan")
+        shape: volume(scene.replace(wheel={"profile": shape}), coarse, run) / own if own > 0 else float("nan")
         for shape in SHAPES
     }
 
 
-def sensitivities(
-    scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None, body: str = "nose"
-) -> tuple[Sensitivity, ...]:
+def sensitivities(scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None) -> tuple[Sensitivity, ...]:
     """d ln(volume) / d ln(parameter) of each driver, by central differences of 5 and 10 %; errors are their
     difference. A law that jumps from regime to regime has large ones."""
     coarse = settings.replace(cells=min(settings.cells, 20))
     return tuple(
-        elasticity(name, read(scene), lambda value, change=change: volume(change(scene, value), coarse, run, body))
+        elasticity(name, read(scene), lambda value, change=change: volume(change(scene, value), coarse, run))
         for name, (read, change) in DRIVERS.items()
     )

@@ -110,7 +110,7 @@ def _line_stresses(mu: float) -> tuple[float, float]:
     share = (z**2 + n**2) / (m**2 + n**2)
     normal = -(m * (1 + share) - 2 * z), -m * (1 - share), -n * (m**2 - z**2) / (m**2 + n**2)
     tangent = n * (2 - (z**2 - m**2) / (m**2 + n**2)) - 2 * x, normal[2], normal[0]
-    sxx, szz, sxz = (a + mu * sign * b for a, b, sign in zip(normal, tangent, (1.0, 1.0, 1.0), strict=True))
+    sxx, szz, sxz = (a + mu * b for a, b in zip(normal, tangent))
     syy = 0.3 * (sxx + szz)
     middle, radius = (sxx + szz) / 2, np.hypot((sxx - szz) / 2, sxz)
     tresca = np.maximum(radius, np.maximum(np.abs(middle + radius - syy), np.abs(middle - radius - syy)) / 2)

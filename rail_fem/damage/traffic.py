@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -117,11 +117,11 @@ class Sensitivity:
     name: str
     elasticity: float
     error: float
-    base: float = field(default=np.nan)
+    base: float
 
 
-def elasticity(name: str, base: float, damage_at, step: float = 0.05) -> Sensitivity:
-    """Of damage_at(parameter) > 0 at `base`; step relative. Central differences at `step` and twice that."""
+def elasticity(name: str, base: float, damage_at) -> Sensitivity:
+    """Of damage_at(parameter) > 0 at `base`, by central differences of 5 and 10 %."""
 
     def slope(h: float) -> float:
         low, high = damage_at(base * (1 - h)), damage_at(base * (1 + h))
@@ -129,5 +129,5 @@ def elasticity(name: str, base: float, damage_at, step: float = 0.05) -> Sensiti
             raise TrafficError(f"{name}: damage {low!r} and {high!r} on either side: an elasticity needs both above 0")
         return float(np.log(high / low) / np.log((1 + h) / (1 - h)))
 
-    fine, coarse = slope(step), slope(2 * step)
+    fine, coarse = slope(0.05), slope(0.1)
     return Sensitivity(name, fine, abs(fine - coarse), base)

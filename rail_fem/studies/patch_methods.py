@@ -48,12 +48,11 @@ THESIS_HEAD = "60E1"  # rail_fem/contact/patch_methods.py says why
 RAILS = ("56E1", "60E1")
 
 
-def pair_blocks(
-    pair: ContactPair, length: float = 0.030, across: tuple[float, float] = (-0.022, 0.026), depth: float = 0.035
-) -> BlockPair:
-    """Blocks cut from wheel and rail of a contact pair about its first point of contact [m]."""
+def pair_blocks(pair: ContactPair) -> BlockPair:
+    """Blocks cut from wheel and rail of a contact pair about its first point of contact."""
+    across = -0.022, 0.026
     return BlockPair(
-        pair.rail_height, pair.wheel_height, across, across, length, depth, pair.rail_steel, pair.wheel_steel
+        pair.rail_height, pair.wheel_height, across, across, lower_steel=pair.rail_steel, upper_steel=pair.wheel_steel
     )
 
 

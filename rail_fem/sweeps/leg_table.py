@@ -9,7 +9,7 @@ from rail_fem.result.events import leg_flight
 from rail_fem.result.result import PassResult
 from rail_fem.result.runfolder import differences
 from rail_fem.sweeps.sweep_report import FORCES, Results, forces_of, parts_of, shown
-from rail_fem.sweeps.trends import MEASURES, Published
+from rail_fem.sweeps.trends import MEASURES, Published, knows_leg
 
 
 def leg_table(rows: tuple[Published, ...], results: Results) -> list[str]:
@@ -31,11 +31,6 @@ def leg_table(rows: tuple[Published, ...], results: Results) -> list[str]:
         passes = [leg_words(mine[model]) if model in mine else "-" for model in models]
         table.append([case, published_words(published.get(case)), *passes, leg_strain(list(mine.values())[-1])])
     return markdown_table(head, table)
-
-
-def knows_leg(result: PassResult) -> bool:
-    """Whether a pass runs over the leg and its model parts it from the wing rail."""
-    return {"largest_force_leg", "largest_force_wing"} <= set(result.peaks) and leg_flight(result) is not None
 
 
 def published_words(row: Published | None) -> str:

@@ -107,10 +107,14 @@ def length_off_leg(result: PassResult) -> float:
     return NAN if flight is None else flight.length
 
 
+def knows_leg(result: PassResult) -> bool:
+    """Whether a pass runs over the leg and its model parts it from the wing rail."""
+    return {"largest_force_leg", "largest_force_wing"} <= set(result.peaks) and leg_flight(result) is not None
+
+
 def _facing_over_leg(result: PassResult) -> bool:
-    """Whether a facing wheel runs over the leg, by a model that knows it."""
-    known = {"largest_force_leg", "largest_force_wing"} <= set(result.peaks)
-    return known and result.scene.direction_sign > 0 and leg_flight(result) is not None
+    """The same of a facing wheel."""
+    return result.scene.direction_sign > 0 and knows_leg(result)
 
 
 def dip_behind_leg(result: PassResult) -> float:
