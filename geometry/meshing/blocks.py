@@ -1,5 +1,7 @@
 """Simple structured hexahedral meshes with exact shapes, for verification: box, half cylinder, ellipsoid cap."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from geometry.meshing.axis import graded_line
@@ -76,22 +78,45 @@ def mesh_cap(
     x = graded_line(-half_lengths[0], half_lengths[0], (-fine[0], fine[0]), size, growth)
     y = graded_line(-half_lengths[1], half_lengths[1], (-fine[1], fine[1]), size, growth)
     z = graded_line(0.0, height, (0.0, fine[2]), size, growth)
+    away = 1.0 if facing == "down" else -1.0
+    face = lambda x, y: away * cap_height(x, y, radius_x, radius_y, shape)
+    return mesh_block(face, x, y, z, facing, name)
+
+
+def mesh_block(
+    face: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    x: np.ndarray,
+    y: np.ndarray,
+    z: np.ndarray,
+    facing: str,
+    name: str,
+) -> HexMesh:
+    """Hexahedra between a face of heights face(x, y) [m] and a plane z[-1] behind it; z counts from the face, facing
+    "up" or "down".
+
+    Nodes are numbered with z fastest, then y, then x; the face's are every len(z)-th. `clamp` are those of the plane
+    behind.
+    """
     flat = mesh_grid(x, y, z, name)
-    points = flat.points.copy()
-    rise = cap_height(points[:, 0], points[:, 1], radius_x, radius_y, shape)
-    if rise.max() > 0.8 * height:
+    points, cells = flat.points.copy(), flat.cells
+    rise = face(points[:, 0], points[:, 1])
+    if not np.isfinite(rise).all():
+        at = points[np.argmin(np.isfinite(rise))]
         raise MeshError(
-            f"the curved face rises {rise.max():.4g} m at the block's edge, over 0.8 of its height {height} m; narrow"
-            " or raise the block"
+            f"the face that looks {facing} has no height at x = {at[0]:g}, y = {at[1]:g} m: let the block end before"
         )
-    points[:, 2] += rise * (1 - points[:, 2] / height)
-    bottom, top = flat.clamp, flat.clamp + len(z) - 1
-    faces, _ = boundary_faces(flat.cells)
-    surface = faces[np.isin(faces, bottom).all(axis=1)]
-    if facing == "down":
-        return HexMesh.of_body(name, points, flat.cells, surface, top)
-    points[:, 2] *= -1
-    return HexMesh.of_body(name, points, flat.cells[:, [4, 5, 6, 7, 0, 1, 2, 3]], surface[:, ::-1].copy(), top)
+    if np.abs(rise).max() > 0.8 * z[-1]:
+        raise MeshError(
+            f"the face that looks {facing} rises {np.abs(rise).max():.3g} m in a block, over 0.8 of its height"
+            f" {z[-1]:g} m: narrow or raise the block"
+        )
+    faces, _ = boundary_faces(cells)
+    surface = faces[np.isin(faces, flat.clamp).all(axis=1)]
+    away = 1.0 if facing == "down" else -1.0
+    points[:, 2] = away * points[:, 2] + rise * (1 - points[:, 2] / z[-1])
+    if facing == "up":
+        cells, surface = cells[:, [4, 5, 6, 7, 0, 1, 2, 3]], surface[:, ::-1].copy()
+    return HexMesh.of_body(name, points, cells, surface, flat.clamp + len(z) - 1)
 
 
 def cap_height(x: np.ndarray, y: np.ndarray, radius_x: float, radius_y: float, shape: str) -> np.ndarray:

@@ -18,8 +18,8 @@ from bem.plane.body import Body
 from bem.plane.outline import block_behind
 from bem.slices.slices import Slices, slices_of_profiles
 from geometry.meshing.axis import graded_line, growing_steps
-from geometry.meshing.blocks import mesh_grid
-from geometry.meshing.hexmesh import HexMesh, MeshError, boundary_faces
+from geometry.meshing.blocks import mesh_block
+from geometry.meshing.hexmesh import HexMesh, MeshError
 
 Height = Callable[[np.ndarray, np.ndarray], np.ndarray]  # h(x, s) [m]
 _SAME = 1e-9  # lines nearer than this are one line [m]
@@ -114,7 +114,9 @@ def facing_blocks(pair: BlockPair, zone: FineZone) -> tuple[LinedBlock, LinedBlo
     blocks = []
     for height, across, facing in ((pair.lower, pair.lower_across, "up"), (pair.upper, pair.upper_across, "down")):
         line = _led_on(s, across, zone.growth)
-        blocks.append(LinedBlock(block(height, x, line, z, facing), x, line, z, int(np.argmin(np.abs(line - s[0])))))
+        blocks.append(
+            LinedBlock(mesh_block(height, x, line, z, facing, facing), x, line, z, int(np.argmin(np.abs(line - s[0]))))
+        )
     return *blocks, s
 
 
@@ -123,34 +125,3 @@ def _led_on(s: np.ndarray, across: tuple[float, float], growth: float) -> np.nda
     before = growing_steps(s[1] - s[0], s[0] - across[0], growth, np.inf)
     after = growing_steps(s[-1] - s[-2], across[1] - s[-1], growth, np.inf)
     return np.concatenate([s[0] - np.cumsum(before)[::-1], s, s[-1] + np.cumsum(after)])
-
-
-def block(height: Height, x: np.ndarray, s: np.ndarray, z: np.ndarray, facing: str) -> HexMesh:
-    """Hexahedra between the face height(x, s) [m] and a plane z[-1] behind it; z counts from the face, facing "up" or
-    "down".
-
-    Nodes are numbered with z fastest, then s, then x; the face's are every len(z)-th. `clamp` are those of the plane
-    behind.
-    """
-    flat = mesh_grid(x, s, z, facing)
-    points, cells = flat.points.copy(), flat.cells
-    rise = height(points[:, 0], points[:, 1])
-    if not np.isfinite(rise).all():
-        at = points[np.argmin(np.isfinite(rise))]
-        raise MeshError(
-            f"the face that looks {facing} has no height at x = {at[0]:g}, s = {at[1]:g} m: let the block end before"
-        )
-    if np.abs(rise).max() > 0.8 * z[-1]:
-        raise MeshError(
-            f"the face that looks {facing} rises {np.abs(rise).max():.3g} m, over 0.8 of the block's depth {z[-1]:g} m:"
-            " narrow or deepen the block"
-        )
-    bottom = flat.clamp
-    faces, _ = boundary_faces(cells)
-    surface = faces[np.isin(faces, bottom).all(axis=1)]
-    away = 1.0 if facing == "down" else -1.0
-    points[:, 2] = away * points[:, 2] + rise * (1 - points[:, 2] / z[-1])
-    if facing == "up":
-        cells, surface = cells[:, [4, 5, 6, 7, 0, 1, 2, 3]], surface[:, ::-1].copy()
-    of_cells, of_faces = (np.zeros(len(each), np.int8) for each in (cells, surface))
-    return HexMesh(points, cells, of_cells, (facing,), surface, of_faces, bottom + len(z) - 1)

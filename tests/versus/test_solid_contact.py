@@ -8,12 +8,12 @@ from bem.exact.hertz import point_contact
 from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import ContactInputError
 from bem.steel.hardening import Hardening
-from geometry.meshing.blocks import mesh_box
+from geometry.meshing.blocks import mesh_block, mesh_box
 from geometry.meshing.hexmesh import MeshError
 from rail_fem.result.extrapolation import extrapolated
 from rail_fem.static_fe.box_inverse import BoxInverse
 from rail_fem.static_fe.small_strain import HeldMotions, solid
-from rail_fem.static_fe.solid_blocks import BlockPair, FineZone, block, facing_blocks
+from rail_fem.static_fe.solid_blocks import BlockPair, FineZone, facing_blocks
 from rail_fem.static_fe.solid_contact import finite_patch
 
 WHEEL, RAIL, LOAD, HALF = 0.46, 0.30, 1e5, 0.08
@@ -73,9 +73,8 @@ def hertz_errors(across: float) -> tuple[float, float, float, float]:
 
 
 def test_a_linear_displacement_needs_no_inner_forces_on_a_warped_block():
-    mesh = block(
-        lambda x, s: 0.1 * x**2 - 0.3 * s, np.array([0, 1.0, 3]), np.array([-1.0, 0, 2, 3]), np.array([0, 1.0, 2]), "up"
-    )
+    x, s, z = np.array([0, 1.0, 3]), np.array([-1.0, 0, 2, 3]), np.array([0, 1.0, 2])
+    mesh = mesh_block(lambda x, s: 0.1 * x**2 - 0.3 * s, x, s, z, "up", "block")
     gradient = np.array([[1e-3, 3e-4, 0], [2e-4, -5e-4, 1e-4], [0, 4e-4, 2e-4]])
     force = (solid(mesh, STEEL).stiffness() @ (mesh.points @ gradient.T).ravel()).reshape(-1, 3)
     inner = (mesh.points[:, 0] == 1) & np.isin(mesh.points[:, 1], [0, 2])
