@@ -41,13 +41,9 @@ class Domain:
 
     def __init__(self, comm: MPI.Comm, points=None, cells=None, region=None, cost=None, part=None, keep_mesh=False):
         self.comm = comm
-        if comm.rank == 0:
-            if len(cells) < comm.size:
-                message = f"{comm.size} ranks for {len(cells)} elements: start no more ranks than there are elements"
-            else:
-                message = None
-        else:
-            message = None
+        message = None
+        if comm.rank == 0 and len(cells) < comm.size:
+            message = f"{comm.size} ranks for {len(cells)} elements: start no more ranks than there are elements"
         raise_together(comm, message)
         if comm.rank == 0:
             cells = np.asarray(cells, dtype=np.int64)
