@@ -93,7 +93,7 @@ def choose_scaling(
         "wheel": scene.vehicle.wheel_unsprung_mass - behind,
     }
     scaling = MassScaling(1.0, steel, bodies, transit_ratio(scene, 1.0), "", behind=behind)
-    if settings.scaled_elements == "small" and settings.mass_scaling != 1.0:
+    if settings.scaled_elements == "small" and settings.mass_scaling != 1.0 and scaling.largest > 0:
         scaling = comm.bcast(
             None if mesh is None else _of_small(scene, settings, steels, mesh, window, scaling), root=0
         )

@@ -55,11 +55,12 @@ def test_wheel_and_crossing_weigh_what_the_case_says(scene, size, start, end):
 
 def test_a_mesh_heavier_than_its_body_is_refused(scene, made):
     """A track mass below the steel that is modelled: with both masses, and what to do."""
-    light = scene.model_copy(update={"foundation": scene.foundation.model_copy(update={"track_mass": 2.0})})
-    with pytest.raises(
-        ValueError, match=r"mesh of the crossing weighs \d+\.\d kg, more than the 2\.0 kg .* shorter window"
-    ):
+    light, none = (scene.replace_si(foundation={"track_mass": mass}) for mass in (2.0, 0.0))
+    complaint = r"mesh of the crossing weighs \d+\.\d kg, more than the {} kg .* shorter window"
+    with pytest.raises(ValueError, match=complaint.format("2.0")):
         scaled_passage(light, made)
+    with pytest.raises(ValueError, match=complaint.format("0.0")):
+        scaled_passage(none, made, mass_scaling="auto", scaled_elements="small")
     passage = scaled_passage(light, made, track_mass=False)
     crossing = passage.dynamics.structure.mass[~passage.on_wheel].sum()
     assert passage.crossing.added_mass == 0.0 and crossing == pytest.approx(passage.crossing.mesh_mass, rel=1e-12)
