@@ -12,7 +12,7 @@ from rail_fem.result.result import PassResult
 from rail_fem.scene.units import engineering, in_digits
 
 CUBIC_MM = 1e9
-LEAST_DIGITS, MOST_DIGITS = 2, 4  # of a number beside its bars
+LEAST_DIGITS, MOST_DIGITS = 3, 4  # of a number beside its bars: two would tell 227 kN of a wheel and 230 of its nose
 
 
 def amount(value: float, unit: str, digits: int = 4) -> str:

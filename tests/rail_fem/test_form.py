@@ -17,6 +17,7 @@ from rail_fem.run.form import SIMPLIFICATIONS, form, on_bearers
 from rail_fem.run.job import run_case
 from rail_fem.scene.wheel_body import WheelBody
 from rail_fem.show.metal import metal_rows
+from rail_fem.show.report import headlines
 from rail_fem.sweeps.compare import SHARE, Comparison, advice
 
 WINDOW = {"start": "250 mm", "end": "420 mm", "path_spacing": "5 mm"}
@@ -77,6 +78,15 @@ def test_the_bar_is_saved_told_and_counted(ran):
     assert f"{result.form_bar(name) / result.peaks[name].value:.0%} besides (form)" in advice(
         found, 0.05, "impact on the wheel"
     )
+
+
+def test_a_wide_bar_does_not_tell_more_of_the_nose_than_of_the_wheel(ran):
+    """226.6 kN of both, form +- 96 and 104 kN: two digits beside the wider bar would be 230."""
+    peak = Peak(226.6e3, "N", x=0.57)
+    form = {"one": {"largest_force": 96e3, "largest_force_nose": 104e3}}
+    result = replace(load(ran[0]), form=form, peaks={"largest_force": peak, "largest_force_nose": peak})
+    told = {one.name: one.value for one in headlines(result)}
+    assert told["largest_force"] == told["largest_force_nose"] == "227 kN"
 
 
 def test_a_scene_that_light_models_cannot_run_has_no_such_rows(scene, ran):
