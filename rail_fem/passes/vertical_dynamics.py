@@ -17,8 +17,8 @@ import numpy as np
 
 from kernel_cache import njit
 from rail_fem.contact.contact_law import (
-    ContactLaw,
     MOST_ITERATIONS,
+    ContactLaw,
     contact_energy,
     contact_forces,
     first_dents,
