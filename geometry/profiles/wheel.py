@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from geometry.axes import FLANGE_BACK, GAUGE_POINT_DEPTH
 from geometry.profiles.profile import Piece, Profile, ProfileError, arc, graph, line, spline
 
 MM = 1e-3
@@ -78,6 +79,18 @@ def _build(name: str, outer_slope: float) -> Profile:
     if name == "P8-hollow":
         return worn(new, 3.0 * MM, 33 * MM, "P8 hollow SYNTHETIC, 3 mm")
     return new
+
+
+def flange_thickness(wheel: Profile, below: float = GAUGE_POINT_DEPTH) -> float:
+    """Of a wheel's flange, from its back, `below` the tread datum [m]; there a track's gauge is measured. 0 for a
+    flange that does not reach so far."""
+    y, z = wheel.points.T
+    tip = int(np.argmin(z))
+    deep = tip + np.flatnonzero(z[tip:] < -below)
+    if not len(deep):
+        return 0.0
+    face = slice(deep[-1], deep[-1] + 2)
+    return float(np.interp(-below, z[face], y[face]) + FLANGE_BACK)
 
 
 def eps_p8(outer_slope: float = 0.067) -> Profile:

@@ -22,7 +22,7 @@ def largest_half_patch(scene: Scene) -> float:
 def contact_reach(scene: Scene, settings: FeSettings) -> tuple[float, float]:
     """How far ahead of the axle and behind it the rigid wheel is in contact somewhere on its path, or about to be [m].
     Errors: CrossingError."""
-    path = window_path(scene, settings)
+    path = window_path(scene, settings.start, settings.end)
     offsets = [0.0]
     for gap, point in ((path.wing_gap, path.wing_point), (path.nose_gap, path.nose_point)):
         near = gap < NEAR

@@ -1,6 +1,7 @@
 """What is allowed in a case but calls for a warning: one warning each, with both numbers. `check` says it, and every
 result and trust report repeats it."""
 
+from geometry.profiles.wheel import flange_thickness
 from geometry.surfaces.bodies import REGIONS
 from rail_fem.contact.rigid import settling_distance, window_warnings
 from rail_fem.fe.plan.mass_scaling import static_patch
@@ -32,7 +33,7 @@ def case_warnings(scene: Scene, settings: Frozen) -> list[str]:
             " strain; fe_full at 1.4 mm costs no more and is 1 to 9 % off (docs/speed.md)"
         )
     if isinstance(settings, FeSettings):
-        return warnings + fe_warnings(scene, settings) + window_warnings(scene, settings)
+        return warnings + fe_warnings(scene, settings) + window_warnings(scene, settings.start, settings.end)
     cyclic = [part for part in ("wing", "nose") if getattr(scene.materials, part).cyclic is not None]
     if cyclic and isinstance(settings, BemPlasticSettings):
         warnings.append(
@@ -75,6 +76,12 @@ def scene_warnings(scene: Scene) -> list[str]:
         warnings.append(
             f"crossing 1:{scene.crossing.ratio:g}: the parametric crossing was compared at 1:{COMPARED_RATIOS[0]:g} and"
             f" 1:{COMPARED_RATIOS[1]:g} only"
+        )
+    left, thick = (scene.gauge - scene.back_to_back) / 2, flange_thickness(scene.wheel.shape)
+    if thick > left:
+        warnings.append(
+            f"the flange is {thick * 1e3:.1f} mm thick where the gauge is measured, gauge less back_to_back leaves it"
+            f" {left * 1e3:g} mm: this wheelset does not fit between the rails"
         )
     for part in REGIONS:
         material = getattr(scene.materials, part)

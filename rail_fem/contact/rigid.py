@@ -7,6 +7,7 @@ import numpy as np
 from geometry.axes import tread_datum_y
 from geometry.path.wheel_path import WheelPath, rolling_radius, wheel_path
 from geometry.surfaces.crossing import CastCrossing, CrossingError
+from rail_fem.scene.crossing import JOINT
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import COMMON_WINDOW, FeSettings
 
@@ -76,10 +77,10 @@ def datum_height(scene: Scene, path: WheelPath, x: float) -> float:
     return float(z - radius + np.sqrt(rolling**2 - (at - path.x[i]) ** 2))
 
 
-def window_path(scene: Scene, settings: FeSettings) -> WheelPath:
-    """The same from start to end of a run, every 5 mm."""
-    count = max(2, int(np.ceil(abs(settings.end - settings.start) / SPACING)) + 1)
-    return rigid_path(scene, np.linspace(settings.start, settings.end, count))
+def window_path(scene: Scene, start: float, end: float) -> WheelPath:
+    """The same from start to end of a run [m], every 5 mm."""
+    count = max(2, int(np.ceil(abs(end - start) / SPACING)) + 1)
+    return rigid_path(scene, np.linspace(start, end, count))
 
 
 def with_window(scene: Scene, settings: Settings) -> Settings:
@@ -106,7 +107,7 @@ def window_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
     """Why the wheel cannot run over this window, if it cannot; and where it would settle across a transfer. settings :
     with start and end"""
     try:
-        path = window_path(scene, settings)
+        path = window_path(scene, settings.start, settings.end)
     except (CrossingError, ValueError) as error:
         return [f"run.{model}.start, end: {error}"]
     start, sign, settling = running_start(scene, settings), scene.direction_sign, settling_distance(scene, settings)
@@ -136,17 +137,20 @@ def release_position(scene: Scene, settings: FeSettings) -> float:
     return running_start(scene, settings) + scene.direction_sign * settling_distance(scene, settings)
 
 
-def window_warnings(scene: Scene, settings: FeSettings) -> list[str]:
-    """A window in which the wheel never changes from wing to nose, or one that starts or ends while it does."""
-    path = window_path(scene, settings)
+def window_warnings(scene: Scene, start: float, end: float) -> list[str]:
+    """A window from start to end [m] in which the wheel never changes from wing to nose, or one that starts or ends
+    while it does."""
+    if scene.crossing.family == JOINT:
+        return []
+    path = window_path(scene, start, end)
     if len(path.transfers) == 0:
         carrier = "nose" if path.on_nose[0] else "wing"
         return [
-            f"between start {settings.start * 1e3:g} mm and end {settings.end * 1e3:g} mm a rigid wheel stays on the"
+            f"between start {start * 1e3:g} mm and end {end * 1e3:g} mm a rigid wheel stays on the"
             f" {carrier}: no load transfer will be seen"
         ]
     margin = 0.05
-    near = [x for x in path.transfers if min(abs(x - settings.start), abs(x - settings.end)) < margin]
+    near = [x for x in path.transfers if min(abs(x - start), abs(x - end)) < margin]
     return [
         f"a rigid wheel changes body at x = {x * 1e3:.0f} mm, less than {margin * 1e3:g} mm from an end of the window"
         for x in near

@@ -11,14 +11,16 @@ import numpy as np
 from bem.exact.hertz import tangent_stiffness
 from kernel_cache import working_time
 from rail_fem.contact.contact_table import ContactTable, contact_table
+from rail_fem.contact.rigid import BEYOND_PATH
 from rail_fem.passes.p2 import P2_LIMITS, p1_force, p2_force, p2_increment, unsprung_mass
 from rail_fem.passes.validity import Flag, flag, flag_warnings, p2_flags
 from rail_fem.result.result import NAN, Cost, PassResult, Peak
-from rail_fem.scene.crossing import JOINT
+from rail_fem.scene.crossing import CAST, JOINT
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import P2Settings
 
-LOOKED_AT = (0.0, 0.9)  # where a transfer is looked for [m]
+# where a transfer is looked for on a 1:10.75 crossing [m]; slimmer noses lie farther
+LOOKED_AT, LOOKED_AT_RATIO = (0.0, 0.9), 10.75
 JOINT_LOOKED_AT = (-0.05, 0.05)  # about a joint's bend [m]
 SPACING = 2.5e-3
 BESIDE = 10e-3  # stretch on both sides of the transfer over which the path's slope is taken [m]
@@ -36,7 +38,7 @@ def solve(
     dip, transfer, constant = settings.dip_angle, NAN, NAN
     started, search_time = working_time(), 0.0
     if dip is None:
-        table = contact_table(scene, *(JOINT_LOOKED_AT if scene.crossing.family == JOINT else LOOKED_AT), SPACING)
+        table = contact_table(scene, *looked_at(scene), SPACING)
         started, search_time = working_time(), table.search_time
         dip, transfer, constant = rigid_dip(table)
     load, mass = scene.static_wheel_load, unsprung_mass(scene, settings.unsprung)
@@ -71,6 +73,15 @@ def solve(
     )
 
 
+def looked_at(scene: Scene) -> tuple[float, float]:
+    """Low and high x of the stretch on which the path's bend is looked for, within the crossing [m]."""
+    if scene.crossing.family == JOINT:
+        return JOINT_LOOKED_AT
+    slim = max(1.0, scene.crossing.ratio / LOOKED_AT_RATIO) if scene.crossing.family == CAST else 1.0
+    first, last = scene.crossing.surface.x_range
+    return max(LOOKED_AT[0], first + BEYOND_PATH), min(LOOKED_AT[1] * slim, last - BEYOND_PATH)
+
+
 def rigid_dip(table: ContactTable) -> tuple[float, float, float]:
     """Dip angle [rad] of the rigid path at the transfer, its x [m], and the nose's Hertz constant there.
 
@@ -83,7 +94,10 @@ def rigid_dip(table: ContactTable) -> tuple[float, float, float]:
         bend = int(np.argmin(table.height[0]))
         return float(table.slope[0].max() - table.slope[0].min()), float(table.x[bend]), float(table.stiffness[0, bend])
     if not len(table.transfers):
-        raise ValueError("p2_formula: a rigid wheel never changes from wing to nose in this scene: give dip_angle")
+        raise ValueError(
+            f"p2_formula: a rigid wheel never changes from wing to nose between x = {table.x[0] * 1e3:.0f} and"
+            f" {table.x[-1] * 1e3:.0f} mm: give dip_angle"
+        )
     transfer = float(table.transfers[0])
     before, after = (
         (table.x > transfer - BESIDE) & (table.x < transfer),

@@ -8,7 +8,7 @@ import numpy as np
 from geometry.surfaces.bodies import BODIES
 from kernel_cache import working_time
 from rail_fem.contact.contact_table import ContactTable
-from rail_fem.passes.validity import Flag, flag_warnings, lift_flags
+from rail_fem.passes.validity import Flag, flag_warnings, lift_flags, window_flags
 from rail_fem.passes.vertical_pass import LightPass, common_history, foundation_peak, history_rows
 from rail_fem.result.events import end_warnings, force_peaks, transfer_position
 from rail_fem.result.result import NAN, BearerSummary, Cost, PassResult, PatchSummary, Peak
@@ -34,13 +34,13 @@ def light_result(
     patches : on wing and nose, whose histories then are there; None of one contact for both
     """
     load, sign, columns = scene.static_wheel_load, scene.direction_sign, common_history(run)
-    found = [*lift_flags(run, load), *flags]
-    about: dict[str, Any] = {"validity": found, **(trust or {})}
-    transfer = NAN
+    about, transfer, changes = {**(trust or {})}, NAN, len(table.transfers) > 0
     if patches is not None:
         columns = columns | body_columns(run, table, points_at(table, run.x))
         about["rigid_transfers"] = table.transfers.tolist()
         transfer = transfer_position(columns, sign, load)
+        changes = bool(np.isfinite(transfer))
+    about["validity"] = found = [*lift_flags(run, load), *window_flags(scene, run, changes), *flags]
     peaks = force_peaks(columns, sign, load, leg_end=scene.crossing.leg_end)
     rows = history_rows(run, settings.history_interval)
     history = {name: values[rows] for name, values in columns.items()}

@@ -13,7 +13,7 @@ from geometry.surfaces.bodies import BODIES
 from rail_fem.contact.contact_table import ContactTable
 from rail_fem.passes.p2 import DIP_LIMIT
 from rail_fem.passes.vertical_pass import LightPass
-from rail_fem.result.events import OPEN
+from rail_fem.result.events import OPEN, way_over
 from rail_fem.result.result import PatchSummary
 from rail_fem.scene.crossing import JOINT
 from rail_fem.scene.scene import Scene
@@ -76,6 +76,16 @@ def lift_flags(run: LightPass, static_load: float) -> Iterator[Flag]:
             "lift-off",
             f"the wheel lifts off {count} time(s), {duration * 1e3:.3g} ms in all: where it lands depends on all that"
             " went before",
+        )
+
+
+def window_flags(scene: Scene, run: LightPass, changes: bool) -> Iterator[Flag]:
+    """Of a pass over wing and nose on whose path the wheel does not change body (`changes`)."""
+    if scene.crossing.family != JOINT and not changes:
+        yield flag(
+            "no transfer",
+            f"between x = {run.x[0] * 1e3:.0f} and {run.x[-1] * 1e3:.0f} mm the wheel does not go over from"
+            f" {way_over(scene.direction_sign)}: no impact of a transfer is in this pass, see start and end",
         )
 
 

@@ -29,6 +29,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from geometry.surfaces.bodies import BODIES
 from rail_fem.result.result import NAN, PassResult, Peak
 
 OPEN = 1e-3  # of the static load: less is no contact
@@ -77,6 +78,11 @@ class Flight(Loss):
 def receiving_body(sign: float) -> str:
     """The column of the body that takes the wheel over: sign > 0 facing, < 0 trailing."""
     return "force_nose" if sign > 0 else "force_wing"
+
+
+def way_over(sign: float) -> str:
+    """ "wing to nose", trailing "nose to wing". sign : as of receiving_body"""
+    return " to ".join(BODIES[:: int(sign)])
 
 
 def transfer_row(force: np.ndarray, nose: np.ndarray, sign: float, static_load: float) -> int | None:

@@ -11,7 +11,7 @@ from rail_fem.case.estimate import available_memory, foretold
 from rail_fem.case.keys import WRITTEN
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings, scene_warnings
-from rail_fem.contact.rigid import window_path, with_window
+from rail_fem.contact.rigid import window_path, window_warnings, with_window
 from rail_fem.fe.plan.mass_scaling import static_patch
 from rail_fem.processes.progress import duration
 from rail_fem.scene.crossing import FAMILY_KEYS, Crossing
@@ -42,7 +42,7 @@ def case_facts(case: Case, model: str, ranks: int) -> dict[str, Any]:
         "static_patch_max_pressure": patch.max_pressure,
     }
     if explicit is not None:
-        derived["rigid_transfers"] = window_path(scene, explicit).transfers
+        derived["rigid_transfers"] = window_path(scene, explicit.start, explicit.end).transfers
     return {
         "case": case.path,
         "title": case.title,
@@ -51,7 +51,7 @@ def case_facts(case: Case, model: str, ranks: int) -> dict[str, Any]:
         "settings": settings.model_dump(mode="json"),
         "derived": derived,
         "cost": asdict(foretold(scene, explicit, ranks)) | {"ranks": ranks} if explicit is not None else None,
-        "warnings": scene_warnings(scene) if errors else case_warnings(scene, settings),
+        "warnings": _warnings(scene, settings, errors),
         "errors": errors,
     }
 
@@ -65,7 +65,7 @@ def case_report(case: Case, model: str, ranks: int, every_key: bool = False) -> 
     settings = settings if errors else with_window(scene, settings)
     if isinstance(settings, PassSettings):
         settings = settings.model_copy(update=dict(zip(("start", "end"), settings.window(scene))))
-    warnings = scene_warnings(scene) if errors else case_warnings(scene, settings)
+    warnings = _warnings(scene, settings, errors)
     lines = [case.title, "", "scene", *_section(scene, every_key), *_measured(scene), "", "derived", *_derived(scene)]
     if not errors and explicit:
         lines += _rigid(scene, settings)
@@ -81,6 +81,13 @@ def case_report(case: Case, model: str, ranks: int, every_key: bool = False) -> 
         need = max((cells.window_memory for cells in window_cells(scene, settings)), default=0)
         lines.append(_memory(need, "of the cells that travel with the wheel"))
     return "\n".join([*lines, *listed("warning(s)", warnings)]), errors
+
+
+def _warnings(scene: Scene, settings: Any, errors: list[str]) -> list[str]:
+    if errors:
+        return scene_warnings(scene)
+    about_path = window_warnings(scene, *settings.window(scene)) if isinstance(settings, PassSettings) else []
+    return case_warnings(scene, settings) + about_path
 
 
 def _section(section: BaseModel, every_key: bool, prefix: str = "") -> list[str]:
@@ -129,7 +136,7 @@ def _derived(scene: Scene) -> list[str]:
 
 
 def _rigid(scene: Scene, settings) -> list[str]:
-    path = window_path(scene, settings)
+    path = window_path(scene, settings.start, settings.end)
     positions = ", ".join(show(x, "mm", 4) for x in path.transfers) or "nowhere in the window"
     steepest = np.abs(path.slope).argmax()
     return [

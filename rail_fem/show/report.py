@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rail_fem.processes.progress import duration, read_status
-from rail_fem.result.events import flights, stated_peaks
+from rail_fem.result.events import flights, stated_peaks, way_over
 from rail_fem.result.history import COLUMNS
 from rail_fem.result.low_pass import CUTOFFS, filtered_peak
 from rail_fem.result.quantities import FORCES, REPORTED, impact_pressure
@@ -55,7 +55,7 @@ def headlines(result: PassResult) -> list[Headline]:
         if (low := filtered_peak(result, cutoff)) is not None:
             force, where_low = engineering(low.value, "N", MOST_DIGITS), f"at x = {show(low.x, shown, 4)}"
             found.append(Headline(f"force low-passed at {cutoff:g} Hz", force, "", "", where_low))
-    words = "transfer from wing to nose" if result.scene.direction_sign > 0 else "transfer from nose to wing"
+    words = f"transfer from {way_over(result.scene.direction_sign)}"
     transfer = _with_bars(result, words, "transfer_x", result.transfer_x, "m", "")
     found.append(transfer._replace(value="none" if np.isnan(result.transfer_x) else f"x = {transfer.value}"))
     if not np.isnan(pressure := impact_pressure(result)):

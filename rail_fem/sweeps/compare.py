@@ -212,7 +212,8 @@ def result_folders(folders: list[Path]) -> list[Path]:
         )
         if not below:
             raise CompareError(
-                f"{folder}: no result.json in it or right below it; give folders that run --out or sweep --out named"
+                f"{folder}: no result.json in it or right below it; give the folder of a run, or that of a"
+                " case in a sweep"
             )
         found += below
     return list({path.resolve(): path for path in found}.values())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from geometry.profiles.profile import ProfileError
-from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
+from geometry.profiles.wheel import WHEEL_NAMES, flange_thickness, wheel_profile
 from tests.outside import found
 
 FILES = {
@@ -70,6 +70,13 @@ def test_profiles_run_from_flange_back_to_field_side():
     for name in WHEEL_NAMES:
         wheel = wheel_profile(name)
         assert wheel.is_graph and wheel.points[0, 0] == pytest.approx(-70 * MM)
+
+
+@pytest.mark.parametrize("name, thickness", [("P8", 28.5e-3), ("S1002", 32.5e-3)])
+def test_a_flange_is_as_thick_as_its_standard_says_10_mm_below_the_datum(name, thickness):
+    wheel = wheel_profile(name)
+    assert flange_thickness(wheel, 10e-3) == pytest.approx(thickness, abs=0.05e-3)
+    assert flange_thickness(wheel) < flange_thickness(wheel, 10e-3) and flange_thickness(wheel, 0.1) == 0
 
 
 def test_an_unknown_name_is_refused_with_the_known_ones():

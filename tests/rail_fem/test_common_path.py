@@ -9,16 +9,25 @@ import pytest
 from typer.testing import CliRunner
 
 from rail_fem import cli
-from rail_fem.case.casefile import load_case
+from rail_fem.case.casefile import Case, load_case
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings
 from rail_fem.contact.rigid import CLEAR, FOLLOW, LEAD, rigid_path, with_window
 from rail_fem.hierarchy import MODELS
+from rail_fem.models import p2_formula, rigid_hertz
 from rail_fem.result.result import load
 from rail_fem.scene.scene import Crossing
 from rail_fem.scene.units import si_factor
 from rail_fem.settings.explicit import COMMON_WINDOW, FeSettings, FeWindowSettings
-from rail_fem.settings.light import BemPassageSettings, BemPlasticSettings, LumpedSettings, RigidHertzSettings
+from rail_fem.settings.light import (
+    BemPassageSettings,
+    BemPlasticSettings,
+    LumpedSettings,
+    P2Settings,
+    RigidHertzSettings,
+)
+from rail_fem.show.case_facts import case_facts
+from rail_fem.show.report import result_report
 from rail_fem.sweeps.rows import cases_of, is_rows, read_rows
 from tests.rail_fem.test_scene import make_scene
 
@@ -115,3 +124,22 @@ def test_a_shipped_case_is_taken_by_every_model_or_refused_for_the_part_of_its_s
             by = case.by(model)
             told += [(path.name, model, error) for error in preflight_errors(by.scene, by.runs[model], 1, model)]
     assert told and all(any(part in error for part in parts) for _, _, error in told)
+
+
+@pytest.mark.parametrize("direction, ways", [("facing", "wing to nose"), ("trailing", "nose to wing")])
+def test_a_path_that_ends_before_a_slim_nose_is_said_and_the_formula_looks_farther(direction, ways):
+    """A worn P8 on a 1:32 changes body at some 353 mm x 32 / 10.75, the common path ends at 700 mm: result and check
+    say so, not the pass of a 1:10.75; the formula finds it."""
+    slim = scene_of(direction, crossing=Crossing(ratio=32))
+    warned = [w for w in rigid_hertz.solve(slim, RigidHertzSettings()).warnings if w.startswith("no transfer")]
+    assert len(warned) == 1 and ways in warned[0]
+    usual = rigid_hertz.solve(scene_of(direction), RigidHertzSettings())
+    assert not any("no transfer" in w for w in usual.warnings) and f"transfer from {ways}" in result_report(usual)
+    facts = case_facts(Case(Path("slim"), "slim", slim, {"rigid_hertz": RigidHertzSettings()}), "rigid_hertz", 1)
+    assert any("no load transfer" in warning for warning in facts["warnings"])
+    assert p2_formula.solve(slim, P2Settings()).transfer_x == pytest.approx(0.353 * 32 / 10.75, rel=0.03)
+
+
+def test_the_formula_looks_no_farther_than_the_crossing_goes():
+    """Of a 1:6 only 688 mm are modelled."""
+    assert p2_formula.solve(scene_of(crossing=Crossing(ratio=6)), P2Settings()).transfer_x < 0.3

@@ -4,6 +4,7 @@ from pydantic import ValidationError
 
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.examples import example
+from rail_fem.case.warnings import scene_warnings
 from rail_fem.scene.base import InputError
 from rail_fem.scene.scene import Foundation, Material, Scene, Vehicle, Wheel
 from rail_fem.settings.explicit import FeSettings
@@ -184,3 +185,12 @@ def test_a_change_in_python_is_refused_in_the_words_of_a_case_file(change, told)
     with pytest.raises(InputError) as fault:
         make_scene().replace(**change)
     assert told in str(fault.value) and "pydantic" not in str(fault.value)
+
+
+def test_a_wheelset_that_does_not_fit_between_the_rails_is_said():
+    """14 mm below the tread an S1002's flange is 30.8 mm thick: 1380 mm between the backs leave 27.5 mm."""
+    wide = {"wheel": Wheel(profile="S1002"), "back_to_back": "1380 mm"}
+    told = [warning for warning in scene_warnings(make_scene(**wide)) if "does not fit" in warning]
+    assert len(told) == 1 and "30.8 mm thick" in told[0] and "leaves it 27.5 mm" in told[0]
+    for fits in ({}, {"wheel": Wheel(profile="S1002")}, {"gauge": "1000 mm", "back_to_back": "925 mm"}):
+        assert not any("does not fit" in warning for warning in scene_warnings(make_scene(**fits)))
