@@ -30,7 +30,7 @@ DEGREE, ROOM = 5, 2  # of the polynomials, at most; nodes to a term, at least
 LOADS_X = -20e-3, 0.0, 20e-3  # positions on the tread of the forces that give the functions [m]
 LOADS_Y = -40e-3, -20e-3, 0.0, 20e-3, 40e-3, 60e-3
 SHARE_ACROSS = 0.3  # of the force along x and y, over the vertical
-LEAST = 1e-3  # of the largest function's size; smaller ones are left out
+LEAST = 1e-4  # of the largest function's size; smaller ones are left out
 CORNERS = np.array([0, 2, 8, 6])  # of a section's nine-node cell
 
 
