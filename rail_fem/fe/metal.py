@@ -1,7 +1,8 @@
 """What a pass leaves in the metal of leg, wing and nose: plastic strain as quantities with a limit, residual stress,
 and the change of the running surface.
 
-Root judges what has yielded with the metal around it, and the running surfaces; nobody gathers the bodies.
+A rank judges of each body what has yielded with the metal around it, root the running surfaces; nobody gathers the
+bodies.
 """
 
 from __future__ import annotations
@@ -31,27 +32,31 @@ def metal(run: Run) -> dict[str, dict]:
     run.dynamics.bring_up()
     domain, mesh, rows = run.dynamics.domain, run.passage.mesh, cell_rows(run.dynamics)
     wheel = run.passage.running.start + run.dynamics.contact.wheel.offset
-    found = {}
-    for part in parts_of(run):
+    zones, surfaces = {}, {}
+    for number, part in enumerate(parts_of(run)):
         mine = cells_of(part, domain)
         if not run.comm.allreduce(len(mine)):
             continue
-        zone, whole = _yielded(domain, rows, mine)
+        zone, whole = _yielded(domain, rows, mine, number % run.comm.size)
         nodes = run.comm.bcast(None if mesh is None else surface_nodes(part, mesh), root=0)
         positions = _positions(domain, run.dynamics.structure.x, nodes)
-        if zone is None or positions is None:  # not on root
-            continue
-        judged = plastic_zone(zone[:, :24].reshape(-1, 8, 3), zone[:, 24], zone[:, 25:], whole).plain()
-        judged["unloaded"] = bool(abs(judged["block"][0] - wheel) > CLEAR)
-        fall = positions[:, 2] - positions[:, 5] + run.passage.crossing.displacement[2]
-        found[part.name] = judged | {"surface": surface_change(positions[:, 0], fall, wheel)}
+        if zone is not None:
+            zones[part.name] = zone[:, :24].reshape(-1, 8, 3), zone[:, 24], zone[:, 25:], whole
+        if positions is not None:  # on root
+            fall = positions[:, 2] - positions[:, 5] + run.passage.crossing.displacement[2]
+            surfaces[part.name] = surface_change(positions[:, 0], fall, wheel)
+    judged = run.comm.gather({name: plastic_zone(*zone).plain() for name, zone in zones.items()}, root=0)
+    found = {}
+    for name, surface in surfaces.items():
+        (own,) = (rank[name] for rank in judged if name in rank)
+        found[name] = own | {"unloaded": bool(abs(own["block"][0] - wheel) > CLEAR), "surface": surface}
     return run.comm.bcast(found, root=0)
 
 
-def _yielded(domain: Domain, rows: np.ndarray, mine: np.ndarray) -> tuple[np.ndarray | None, float]:
+def _yielded(domain: Domain, rows: np.ndarray, mine: np.ndarray, judge: int) -> tuple[np.ndarray | None, float]:
     """Of the cells of a part that have yielded or lie around those that did: corners, plastic strain, stresses along
-    and across the track (k, 27), in input order, root only; at least one cell. And the part's volume [m3]. rows :
-    (m_local, 7) of rail_fem.fe.fields.cell_rows;  mine : (m,) this rank's cells of it. Collective."""
+    and across the track (k, 27), in input order, on rank `judge` only; at least one cell. And the part's volume [m3].
+    rows : (m_local, 7) of rail_fem.fe.fields.cell_rows;  mine : (m,) this rank's cells of it. Collective."""
     comm = domain.comm
     corners, strain = domain.reference.reshape(-1, 3)[domain.cells[mine]], rows[mine, 6]
     centre = corners.mean(axis=1)
@@ -64,7 +69,7 @@ def _yielded(domain: Domain, rows: np.ndarray, mine: np.ndarray) -> tuple[np.nda
     if largest > 0:
         matters |= near(centre, box)
     kept = np.column_stack([corners.reshape(-1, 24), strain, rows[mine, :2]])[matters]
-    zone = _in_order(comm, domain.cell_input[mine[matters]], kept)
+    zone = _in_order(comm, domain.cell_input[mine[matters]], kept, judge)
     return zone, comm.allreduce(float(cell_volume(corners).sum()))
 
 
@@ -75,9 +80,9 @@ def _positions(domain: Domain, x: np.ndarray, nodes: np.ndarray) -> np.ndarray |
     return _in_order(domain.comm, domain.node_input[local], both)
 
 
-def _in_order(comm: MPI.Comm, index: np.ndarray, rows: np.ndarray) -> np.ndarray | None:
-    """Rows of all ranks, by ascending index. Root only. Collective."""
-    parts = comm.gather((index, rows), root=0)
+def _in_order(comm: MPI.Comm, index: np.ndarray, rows: np.ndarray, rank: int = 0) -> np.ndarray | None:
+    """Rows of all ranks, by ascending index, on one of them. Collective."""
+    parts = comm.gather((index, rows), root=rank)
     if parts is None:
         return None
     return np.concatenate([part[1] for part in parts])[np.argsort(np.concatenate([part[0] for part in parts]))]

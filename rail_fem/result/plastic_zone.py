@@ -7,6 +7,7 @@ and its position, never alone. All else here does not hang on the elements but t
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -131,13 +132,14 @@ def _block(corners: np.ndarray, fields: np.ndarray, volume: np.ndarray) -> _Bloc
     best = _Block(float("nan"), (float("nan"),) * 3, layers + LAYER / 2, nothing)
     count = max(1, int(np.ceil((high - low - 2 * AROUND) / STRETCH)))
     edges = np.linspace(low, high, count + 1)
-    parts = []
+    parts, x = [], centre[around, 0]
     for begin, end in zip(edges[:-1], edges[1:]):
-        x = centre[around, 0]
         here = around[(x > begin - AROUND) & (x < end + AROUND)]
-        parts.append((float(strain[here].max(initial=0.0)), here, (begin, end) if count > 1 else None))
+        most = worst_mean(strain[here], volume[here], FULL * np.prod(BLOCK))
+        if not math.isnan(most):  # else there is not metal enough for a block
+            parts.append((most, here, (begin, end) if count > 1 else None))
     for most, here, stretch in sorted(parts, key=lambda part: -part[0]):
-        if most <= best.mean:  # no mean is above its largest part
+        if most <= best.mean:  # no block's mean is above that of as much of the worst metal
             break
         found = _block_within(corners[here], fields[here], volume[here], layers, stretch)
         if found is not None and not found.mean <= best.mean:
@@ -236,7 +238,7 @@ def _samples(corners: np.ndarray, volume: np.ndarray) -> _Samples:
     parts = []
     for count in np.unique(counts, axis=0):
         mine = np.flatnonzero((counts == count).all(axis=1))
-        position = np.einsum("pk,mkc->mpc", _shape_functions(count), corners[mine])
+        position = np.matmul(_shape_functions(count), corners[mine])
         height = (np.abs(edges[mine, :, 2]) / count).sum(axis=1)
         pieces = int(np.prod(count))
         of_cells = (np.repeat(values, pieces) for values in (volume[mine] / pieces, height, mine))
