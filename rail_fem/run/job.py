@@ -4,6 +4,7 @@ import contextlib
 import traceback
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from rail_fem.result.result import PassResult, load
 from rail_fem.result.runfolder import RunFolderError, fingerprint, held, lost, prepare_folder
 from rail_fem.run.form import form
 from rail_fem.scene.scene import Frozen
-from rail_fem.show.figures import draw_run
+from rail_fem.show.figures import draw_run, titles
 from rail_fem.show.report import result_report
 
 
@@ -72,7 +73,7 @@ def run_case(
             raise JobError(str(error)) from error
         if goes_on and (how := launcher.on_root(lambda: ended(folder, settings))):
             say(f"{folder}: {how} already; --overwrite begins again")
-            launcher.on_root(lambda: _draw(folder, say, missing_only=True))
+            _draw(folder, say, missing_only=True)
             return ""
         if restart and not goes_on:
             say(f"{folder} holds no run yet: starting afresh")
@@ -119,7 +120,7 @@ def _solve_and_save(
             launcher.on_root(lambda: result.save(folder))
             if by_itself:
                 say(result_report(result))
-                launcher.on_root(lambda: _draw(folder, say))
+                _draw(folder, say)
             if result.fault:
                 raise RunFailed(result.fault)
     except Exception as error:
@@ -135,18 +136,20 @@ def _solve_and_save(
 
 
 def _draw(folder: Path, say: Callable[[str], None], missing_only: bool = False) -> None:
-    """Figures of the run, and the page of one whose fields are larger than it. What cannot be drawn is told of; the
-    result is safe and `show` and `report` draw again."""
+    """Figures of the run, each drawn by one rank, and the page of one whose fields are larger than it. What cannot be
+    drawn is told of; the result is safe and `show` and `report` draw again. Collective."""
     try:
-        draw_run(folder, missing_only)
+        found = launcher.on_root(lambda: titles(load(folder)))
+        shares = [found[first :: launcher.rank_count()] for first in range(min(launcher.rank_count(), len(found)))]
+        launcher.dealt_out([partial(draw_run, folder, missing_only, share) for share in shares])
     except Exception as error:
         say(
             f"no figures: {type(error).__name__}: {error} ({_keep_trace(folder)}); the result is saved, 'rail-fem show"
             f" {folder}' draws again"
         )
         return
-    if (folder / "fields").is_dir():
-        _write_page(folder, say)
+    if launcher.on_root(lambda: (folder / "fields").is_dir()):
+        launcher.on_root(lambda: _write_page(folder, say))
 
 
 def _write_page(folder: Path, say: Callable[[str], None]) -> None:
