@@ -273,7 +273,12 @@ def _window_rows(window: dict | None, work: float) -> list[TrustRow]:
 def _scaling_rows(scaling: MassScaling, mean: float, largest: float) -> list[TrustRow]:
     """What the elements weigh beyond steel, and whether their inertia shows."""
     added = scaling.added / sum(scaling.steel.values())
-    bodies = ", ".join(f"{name} {m:.0f} of {scaling.bodies[name]:.0f} kg" for name, m in scaling.meshes.items())
+    bodies = ", ".join(
+        f"{name} {m:.0f} of {scaling.bodies[name]:.0f} kg"
+        if scaling.bodies[name] < np.inf
+        else f"{name} {m:.0f} kg, held"
+        for name, m in scaling.meshes.items()
+    )
     small = scaling.least_step > 0
     waves = (
         f"the wheel rolls at {scaling.slowness:.3f} of the speed of waves in the elements under it"
@@ -282,7 +287,8 @@ def _scaling_rows(scaling: MassScaling, mean: float, largest: float) -> list[Tru
     )
     shown = (
         f"density{' of the smallest element' if small else ''} times {scaling.factor:.4g} ({scaling.why}):"
-        f" {scaling.added:.0f} kg more in the meshes ({bodies}), as much less in the lumped masses; {waves}"
+        f" {scaling.added:.0f} kg more in the meshes ({bodies}), as much less in the lumped masses of what"
+        f" moves; {waves}"
         if scaling.factor > 1
         else "0 %: no mass scaling"
     )

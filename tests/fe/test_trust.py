@@ -250,4 +250,6 @@ def test_heavier_small_elements_are_told_with_what_they_weigh_and_how_fast_their
     )
     added = {row.name: row for row in report_rows(facts(scaling=small))}["added mass"]
     assert added.value == pytest.approx(2.0) and "68 kg more" in added.shown and "50 of 750 kg" in added.shown
+    held = replace(small, bodies=bodies | {"crossing": np.inf})
+    assert "crossing 50 kg, held, wheel 52 of 500 kg" in report_rows(facts(scaling=held))[-3].shown
     assert "of the smallest element times 100" in added.shown and "rolls at 0.050 of the speed of waves" in added.shown
