@@ -10,7 +10,7 @@ import numpy as np
 
 from bem.material import STEEL
 from bem.patch import Patch
-from geometry.axes import tread_datum_y
+from geometry.axes import GAUGE_FACE_Y, tread_datum_y
 from geometry.contact.prismatic_search import Contacts, ContactSearch
 from geometry.profiles.profile import Profile, ProfileError
 from geometry.profiles.rail import ALSO_CALLED, HEADS, rail_head
@@ -164,13 +164,16 @@ def patch_of(
     wheel: str, rail: str, load: str, shift: str, inclination: str, gauge: str, back_to_back: str, radius: str,
     cells: int,
 ) -> tuple[Patch, dict[str, float]]:  # fmt: skip
-    """The patch of one wheel under a vertical force, and its numbers by name; ends the program where there is none."""
+    """The patch of one wheel under a vertical force, and its numbers by name; ends the program where there is none. The
+    rail lies where `contact` has it: its gauge face half a gauge from the middle."""
     vertical, y = force(load), length(shift)
-    profiles = profile_of(wheel, "wheel"), profile_of(rail, "rail", slope(inclination))
+    search = search_of(wheel, rail, inclination, gauge, back_to_back, radius)
+    wheelset, track = search.wheelset, search.track
     with refusing(ValueError):
-        datum = 0.0, tread_datum_y(length(gauge), length(back_to_back)) + y
+        datum = 0.0, tread_datum_y(track.gauge, wheelset.back_to_back) + y
+        head = plain_rail(track.placed("left").shifted(GAUGE_FACE_Y - track.gauge / 2, 0.0))
         pair = bring_together(
-            profiles[0], plain_rail(profiles[1]), datum, length(radius), (STEEL, STEEL), label=f"{wheel} on {rail}"
+            wheelset.left, head, datum, wheelset.radius_of("left"), (STEEL, STEEL), label=f"{wheel} on {rail}"
         )
         found = pair.patch(vertical, cells)
     centre = pair.point + pair.frame.T @ [*found.centre_of_pressure, 0.0]

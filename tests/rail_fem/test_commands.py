@@ -134,6 +134,16 @@ def test_the_patch_of_the_command_carries_the_load(tmp_path):
     assert heavier["largest pressure [MPa]"] > found["largest pressure [MPa]"] > 500
 
 
+@pytest.mark.parametrize("rail", ["56E1", "60E1"])
+def test_a_patch_lies_where_the_wheelset_touches(rail):
+    """The gauge is measured at the gauge face, 35.98 mm from the middle of a 60E1's head and 34.89 mm of a 56E1's: by
+    this millimetre a P8 touches 10 mm aside, at half more pressure."""
+    alone = json.loads(call("contact", "P8", rail, "--json"))["points"][0]
+    pressed = json.loads(call("patch", "P8", rail, "--load", "50 kN", "--json"))
+    middle = 1435 / 2 + 35  # of the track's axes in those of the rail
+    assert pressed["first point of contact y [mm]"] == pytest.approx(alone["lateral position [mm]"] - middle, abs=0.01)
+
+
 def test_a_table_over_shift_yaw_and_height_carries_more_the_lower_the_wheelset_stands(tmp_path):
     """Two bodies of revolution that meet at a point: the force grows as depth^1.5 as long as the curvatures are those
     of the point; here between their limits, and each row's own vertical force is its normal force on its slope."""
