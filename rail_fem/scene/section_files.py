@@ -16,8 +16,8 @@ from geometry.cad.step_crossing import LARGEST_EXTENT, StepReading, read_step
 from geometry.profiles.formats.columns import read_columns, said_unit
 from geometry.profiles.formats.raw import LARGEST_SECTIONS, RawProfile, numbers, open_file, read_text
 from geometry.profiles.formats.simpack import read_simpack
-from geometry.profiles.formats.slices import read_slices
-from geometry.profiles.formats.units import UNITS, WIDTHS, fitting_units, metres_of
+from geometry.profiles.formats.slices import common_unit, read_slices
+from geometry.profiles.formats.units import UNITS, metres_of
 from geometry.profiles.profile import ProfileError
 from geometry.surfaces.measured_crossing import MeasuredCrossing, measured_crossing, moved
 from geometry.surfaces.sections import points_up
@@ -190,17 +190,7 @@ def _read_folder(folder: Path, reading: SectionReading) -> tuple[np.ndarray, lis
 
 def _in_metres(folder: Path, raw: list[RawProfile], told: float | None) -> list[np.ndarray]:
     """Sections in metres, z up, y growing. One unit for all that do not say theirs."""
-    unit = told
-    silent = [part for part in raw if part.unit is None]
-    if unit is None and silent:
-        width = float(np.median([np.ptp(part.points[:, 0]) for part in silent]))
-        fitting = fitting_units(width, "rail")
-        if len(fitting) != 1:
-            limits = " to ".join(f"{1e3 * limit:g}" for limit in WIDTHS["rail"])
-            raise ProfileError(
-                f"{folder}: its sections span {width:.4g} in the median, a rail is {limits} mm wide: give unit"
-            )
-        unit = UNITS[fitting[0]]
+    unit, _ = common_unit(folder, raw, told)
     sections = [part.points * (part.unit or unit) for part in raw]
     sections = [points if points[0, 0] < points[-1, 0] else points[::-1] for points in sections]
     up = raw[0].up or points_up(sections[0][:, 1])

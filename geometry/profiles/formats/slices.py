@@ -102,21 +102,28 @@ def section(path: Path, line: int, name: str) -> RawProfile:
 
 def in_metres(path: Path, sections: list[RawProfile], section_unit: float | None) -> tuple[RawProfile, ...]:
     """Sections in metres, on the track's zero, vertical axis down where their format does not say."""
-    silent = [raw for raw in sections if raw.unit is None]
-    note: tuple[str, ...] = ()
-    if silent and section_unit is None:
-        width = float(np.median([np.ptp(raw.points[:, 0]) for raw in silent]))
-        fitting = fitting_units(width, "rail")
-        if len(fitting) != 1:
-            raise ProfileError(
-                f"{path}: its sections span {width:.4g} in the median; a rail is {1e3 * WIDTHS['rail'][0]:g} to"
-                f" {1e3 * WIDTHS['rail'][1]:g} mm wide: state the unit of the sections"
-            )
-        section_unit = UNITS[fitting[0]]
-        note = (f"sections in {fitting[0]} by their width of {1e3 * width * section_unit:.4g} mm in the median",)
+    unit, note = common_unit(path, sections, section_unit)
     out = []
     for raw in sections:
-        points = raw.points * (section_unit if raw.unit is None else raw.unit)
-        notes = (*raw.notes, *(note if raw.unit is None else ()))
+        points = raw.points * (unit if raw.unit is None else raw.unit)
+        notes = (*raw.notes, *([note] if note and raw.unit is None else []))
         out.append(replace(raw, points=points, unit=1.0, kind="rail", up=raw.up or -1, notes=notes, placed=True))
     return tuple(out)
+
+
+def common_unit(path: Path, sections: list[RawProfile], told: float | None) -> tuple[float | None, str]:
+    """One unit [m] of all sections that do not say theirs, as told or by their median width, and a note where it is the
+    width's; None where all say theirs. Errors: ProfileError where no unit, or more than one, fits the width."""
+    silent = [raw for raw in sections if raw.unit is None]
+    if told is not None or not silent:
+        return told, ""
+    width = float(np.median([np.ptp(raw.points[:, 0]) for raw in silent]))
+    fitting = fitting_units(width, "rail")
+    if len(fitting) != 1:
+        limits = " to ".join(f"{1e3 * limit:g}" for limit in WIDTHS["rail"])
+        raise ProfileError(
+            f"{path}: its sections span {width:.4g} in the median; a rail is {limits} mm wide: give the unit of the"
+            " sections"
+        )
+    unit = UNITS[fitting[0]]
+    return unit, f"sections in {fitting[0]} by their width of {1e3 * width * unit:.4g} mm in the median"
