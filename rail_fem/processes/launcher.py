@@ -16,6 +16,7 @@ from typing import TypeVar
 Answer = TypeVar("Answer")
 ROOT_SPEAKS_FIRST = 2.0  # seconds
 TOGETHER, LOOK = 10.0, 0.01  # how long ranks wait for each other at the end, and how often they look [s]
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")  # of a worker or rank
 LAUNCHER_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK")
 
 
@@ -146,9 +147,7 @@ def rank_environment() -> dict[str, str]:
     """
     from geometry.meshing.gmsh_process import without_mpi  # here: `doctor` needs this file also where NumPy is broken
 
-    return without_mpi(os.environ) | dict.fromkeys(
-        ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-    )
+    return without_mpi(os.environ) | ONE_THREAD
 
 
 if __name__ == "__main__":

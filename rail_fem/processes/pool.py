@@ -20,14 +20,14 @@ from dataclasses import dataclass
 from multiprocessing import forkserver
 from typing import Any, Final, TypeVar
 
-from rail_fem.processes.launcher import work_alone
+from rail_fem.processes.launcher import ONE_THREAD, work_alone
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 PROCESSES: Final = "processes"
 MPI: Final = "mpi"
 # of a worker: nothing is imported from the current folder, and as many threads as workers
-WORKER = {"PYTHONSAFEPATH": "1"} | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
+WORKER = {"PYTHONSAFEPATH": "1"} | ONE_THREAD
 
 
 class PoolError(ValueError):
