@@ -115,9 +115,7 @@ def insert_peak(peaks, y, value, radius):
     for k in range(len(peaks)):
         if np.isnan(peaks[k, 1]) or value > peaks[k, 1]:
             for m in range(len(peaks) - 1, k, -1):
-                for n in range(
-                    3
-                ):  # a row at once would bring numba's words on shapes that do not fit, seconds to compile
+                for n in range(3):  # a row at once brings numba's words on shapes that do not fit: seconds to compile
                     peaks[m, n] = peaks[m - 1, n]
             peaks[k, 0], peaks[k, 1], peaks[k, 2] = y, value, radius
             return
