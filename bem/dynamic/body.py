@@ -117,17 +117,18 @@ class DynamicBody:
             reach = (reach + self._middles_under_cells().T @ patterns) / 2
         self.flexibility, self.reach = flexibility, reach
         self.mass = np.tile(density * cells.area, 2)
-        self.repaired = 0 if collocated else self._make_positive()
+        if not collocated:
+            self._make_positive()
         self._memo: dict = {}
 
-    def _make_positive(self) -> int:
+    def _make_positive(self) -> None:
         """Lift eigenvalues of the scaled flexibility that discretisation left below zero to those of a wave of twice
-        the smallest whole cell; a mode with a negative one would grow like no wave. Returns how many."""
+        the smallest whole cell; a mode with a negative one would grow like no wave."""
         floor = (self.cells.side.min() / (np.pi * self.waves.dilatational)) ** 2
         scaled = self.scaled_flexibility
         try:
             cho_factor(scaled, check_finite=False)
-            return 0
+            return
         except LinAlgError:
             values, modes = eigh(scaled, subset_by_value=(-np.inf, 1e-3 * floor))
         root = np.sqrt(self.mass)
@@ -139,7 +140,6 @@ class DynamicBody:
                 DiscretisationWarning,
                 stacklevel=3,
             )
-        return len(values)
 
     def _fields_in_cells(self, collocated: bool) -> tuple[np.ndarray, np.ndarray]:
         """Displacement of the cells, means or at their centres, in the infinite plane: of unit forces on the cells (2N,
