@@ -222,10 +222,7 @@ class Patch:
     warnings: tuple[str, ...] = ()
     local_creepage: LocalCreepage | None = None
 
-    @property
-    def curved(self) -> bool:
-        """Whether the grid is laid along a curved face (slices), so that no plane half-space lies below it."""
-        return False
+    curved = False  # whether the grid is laid along a curved face (slices), so that no plane half-space lies below it
 
     @cached_property
     def contact(self) -> np.ndarray:

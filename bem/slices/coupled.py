@@ -73,10 +73,7 @@ class SlicePatch(Patch):
     initial_approach: np.ndarray = field(kw_only=True)
     seconds: dict[str, float] | None = None
 
-    @property
-    def curved(self) -> bool:
-        """The patch bends with the section: its normals differ from slice to slice."""
-        return True
+    curved = True  # the patch bends with the section: its normals differ from slice to slice
 
     @property
     def force(self) -> np.ndarray:

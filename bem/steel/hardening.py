@@ -86,10 +86,7 @@ class Hardening:
         """[Pa]"""
         return float(self.stress[0])
 
-    @property
-    def back_stresses(self) -> int:
-        """One, which stays 0 where the surface grows."""
-        return 1
+    back_stresses = 1  # which stays 0 where the surface grows
 
     def at(self, strain: np.ndarray) -> np.ndarray:
         """Yield stress [Pa] at an equivalent plastic strain."""

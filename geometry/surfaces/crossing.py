@@ -52,6 +52,11 @@ LEAST_TOP = 0.7 * MM  # of a nose between its ridge and the segment of a corner
 DENSE = 300  # points by which a segment's length is measured
 
 
+def feature_indices(segments: dict[str, int]) -> dict[str, int]:
+    """Index of the last point of each segment; the foot is index 0."""
+    return dict(zip(segments, np.cumsum(list(segments.values())).tolist()))
+
+
 @dataclass(frozen=True)
 class CastCrossing(TwoBodies):
     """UK cast crossing of ratio 1:N after the design rules of the 56E1-R245-1:9.25 benchmark crossing.
@@ -163,10 +168,7 @@ class CastCrossing(TwoBodies):
         """(8, n)  the two lines between which the leg transition is lofted."""
         return leg_loft(self.shape)
 
-    @property
-    def plain_x(self) -> float:
-        """x of plain rail, where the axle's height counts as 0 [m]."""
-        return PLAIN_LINE_X
+    plain_x = PLAIN_LINE_X  # x of plain rail, where the axle's height counts as 0 [m]
 
     @property
     def leg_range(self) -> tuple[float, float]:
@@ -210,15 +212,8 @@ class CastCrossing(TwoBodies):
             return None
         return self._sample(x, "nose", self._nose_ends(x), NOSE_SEGMENTS)
 
-    @property
-    def wing_features(self) -> dict[str, int]:
-        """Index of the last point of each segment of wing_section."""
-        return feature_indices(WING_SEGMENTS)
-
-    @property
-    def nose_features(self) -> dict[str, int]:
-        """Index of the last point of each segment of nose_section."""
-        return feature_indices(NOSE_SEGMENTS)
+    # index of the last point of each segment of wing_section and of nose_section
+    wing_features, nose_features = feature_indices(WING_SEGMENTS), feature_indices(NOSE_SEGMENTS)
 
     @cached_property
     def _leg_points(self) -> tuple[np.ndarray, np.ndarray]:
@@ -282,11 +277,6 @@ class CastCrossing(TwoBodies):
 
     def _solid_height(self, x: float, y: np.ndarray, body: str) -> np.ndarray:
         return body_heights(np.full(len(y), float(x)), y, body == "nose", self.shape, self.loft)
-
-
-def feature_indices(segments: dict[str, int]) -> dict[str, int]:
-    """Index of the last point of each segment; the foot is index 0."""
-    return dict(zip(segments, np.cumsum(list(segments.values())).tolist()))
 
 
 def z_to_face(z: float, face: float, radius: float, centre_y: float, centre_z: float) -> float:

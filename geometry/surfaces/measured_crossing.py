@@ -119,12 +119,8 @@ class MeasuredCrossing(TwoBodies):
         """The same of the nose; None where it is not."""
         return self._outline(x, self.grids.nose)
 
-    @property
-    def wing_features(self) -> dict[str, int]:
-        """Index of the last point of each segment of wing_section."""
-        return feature_indices(SEGMENTS)
-
-    nose_features = wing_features
+    # index of the last point of each segment of wing_section and of nose_section
+    wing_features = nose_features = feature_indices(SEGMENTS)
 
     def _grid(self, name: str, bodies: tuple[SectionBody | None, ...]) -> BodyGrid:
         keep = [i for i, body in enumerate(bodies) if body is not None]

@@ -52,6 +52,7 @@ class WornProfile:
         return cls(_on_line(line, s, wanted), corners, profile.label)
 
     parts = ("section",)
+    flow_depth = 0.0  # a section's steel does not flow
 
     @property
     def along(self) -> tuple[np.ndarray, str]:
@@ -92,11 +93,6 @@ class WornProfile:
         for _ in range(steps):
             depth = solveh_banded(band, w * depth)
         return np.maximum(depth, 0.0)
-
-    @property
-    def flow_depth(self) -> float:
-        """0: a section's steel does not flow."""
-        return 0.0
 
     def deepest_from(self, first: WornProfile) -> float:
         """Largest distance of its nodes from where they began [m]."""

@@ -3,7 +3,7 @@
 Its section is made of rectangles, the web led from the rim to the hub; the profile's own shape is left out.
 """
 
-from typing import Annotated, Self
+from typing import Annotated, ClassVar, Self
 
 from pydantic import model_validator
 
@@ -46,7 +46,4 @@ class WheelBody(Frozen):
             raise input_error("wheel_body", "the web must lie within the rim's width", key="web_position")
         return self
 
-    @property
-    def rim_back(self) -> float:
-        """y of the flange back [m]."""
-        return -FLANGE_BACK
+    rim_back: ClassVar[float] = -FLANGE_BACK  # y of the flange back [m]

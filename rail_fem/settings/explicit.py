@@ -233,15 +233,9 @@ class FeSettings(Frozen):
         """How far ahead of the axle at its end a travelling window holds steel, its last slab included [m]."""
         return self.window_ahead + SLAB_ELEMENTS * self.along if self.window_ahead else 0.0
 
-    @property
-    def takes_diverging_route(self) -> bool:
-        """Whether this model lets a wheelset move across the track."""
-        return True
-
-    @property
-    def flexible_parts(self) -> tuple[str, ...]:
-        """What of the scene this model lets move, where the scene has it."""
-        return ("bearers", "wheel_body")
+    takes_diverging_route: ClassVar[bool] = True  # whether this model lets a wheelset move across the track
+    # what of the scene this model lets move, where the scene has it
+    flexible_parts: ClassVar[tuple[str, ...]] = "bearers", "wheel_body"
 
     def stands_on_beam(self, scene: Scene) -> bool:
         """Whether the crossing stands on bearers."""
@@ -286,13 +280,9 @@ class FeWindowSettings(FeSettings):
         float | None, Quantity("mm", -2000, 3000, "position x of the wheel at its end; none: behind that transfer")
     ] = None  # type: ignore[assignment]  # found by rigid_hertz where a window gives none
 
-    @property
-    def takes_diverging_route(self) -> bool:
-        return False  # the approach by rigid_hertz moves vertically
-
-    @property
-    def flexible_parts(self) -> tuple[str, ...]:
-        return ("bearers",)  # with which of a wheel's modes it arrives is not handed over
+    takes_diverging_route: ClassVar[bool] = False  # the approach by rigid_hertz moves vertically
+    # with which of a wheel's modes it arrives is not handed over
+    flexible_parts: ClassVar[tuple[str, ...]] = ("bearers",)
 
     approach_start: Annotated[
         float | None,

@@ -1,6 +1,6 @@
 """Numerics of the light models, one typed class each, read from [run.<model>] of a case file."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -17,10 +17,7 @@ FLEXIBLE_PARTS = "bearers", "wheel_body"  # of a scene, which not every model le
 class LightSettings(Frozen):
     """What every light model takes."""
 
-    @property
-    def flexible_parts(self) -> tuple[str, ...]:
-        """What of the scene this model lets move, where the scene has it."""
-        return ()
+    flexible_parts: ClassVar[tuple[str, ...]] = ()  # what of the scene this model lets move, where the scene has it
 
     def smoke(self) -> "LightSettings":
         """These models are quick as they are."""
@@ -64,9 +61,7 @@ class PassSettings(LightSettings):
         float, Quantity("kHz", 0.1, 30, "highest frequency of a wheel's own modes that are run (scene.wheel_body)")
     ] = 5e3
 
-    @property
-    def flexible_parts(self) -> tuple[str, ...]:
-        return FLEXIBLE_PARTS
+    flexible_parts: ClassVar[tuple[str, ...]] = FLEXIBLE_PARTS
 
     @model_validator(mode="after")
     def _has_a_length(self) -> "PassSettings":
@@ -144,7 +139,7 @@ class RigidHertzSettings(IndentationSettings):
     ] = None
 
     @property
-    def flexible_parts(self) -> tuple[str, ...]:
+    def flexible_parts(self) -> tuple[str, ...]:  # type: ignore[override]  # by what else of it is asked
         return FLEXIBLE_PARTS if self.degrees_of_freedom == "vertical" else ()
 
     @property
