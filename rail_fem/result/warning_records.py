@@ -12,7 +12,7 @@ KINDS = {
     r"|while it settles: ",
     "scene": r"^wheel profile .* surrogate|^crossing 1:|from memory|^friction .* > |^track mass |^Poisson's ratio",
     "numerics": r"^patch .* elements of |^courant |field outputs > |^history interval |^penalty .* outside"
-    r"|^no error bars|takes? smaller cells|largest pressure .* times",
+    r"|^hourglass \S+ < |^no error bars|takes? smaller cells|largest pressure .* times",
     "model": r"^(trailing|no dip|dip limit|one impact|P[12] limit|lift-off|contact stiffness|two bodies|plastic|edges?"
     r"|contact law|conforming|bearer .*|a half-space .*|steel of the .*): |^(bearer|a half-space|steel of the) ",
 }

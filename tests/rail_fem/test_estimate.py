@@ -11,6 +11,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.case.estimate import critical_step, estimate_run, impossible
 from rail_fem.case.warnings import fe_warnings, scene_warnings
 from rail_fem.fe.plan.mass_scaling import static_patch
+from rail_fem.result.warning_records import record
 from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_scene import make_scene
 
@@ -165,4 +166,7 @@ def test_warnings_name_both_numbers():
     assert any("0.9 > 0.7" in warning for warning in scene_warnings(make_scene(friction=0.9)))
     assert any("6 elements of 4 mm" in warning for warning in fe_warnings(SCENE, FeSettings(element_size=4e-3)))
     assert any("penalty 50" in warning for warning in fe_warnings(SCENE, FeSettings(penalty=50)))
+    (unheld,) = fe_warnings(SCENE, FeSettings(element_size=1e-3, hourglass=0))  # its energy, 0 %, would be good
+    assert "hourglass 0 < 0.0003" in unheld and record(unheld).kind == "numerics"
+    assert fe_warnings(SCENE, FeSettings(element_size=1e-3, hourglass=0, element="full")) == []
     assert fe_warnings(SCENE, FeSettings(element_size=1e-3)) == []
