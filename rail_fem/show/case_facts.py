@@ -151,6 +151,7 @@ def _rigid(scene: Scene, settings) -> list[str]:
 
 def _cost(scene: Scene, settings, ranks: int) -> list[str]:
     estimate = foretold(scene, settings, ranks)
+    body = "" if scene.wheel_body is None else " and the wheel condensed (two core minutes, 3.3 GB)"
     return [
         row("cells", f"{estimate.cells:.2g}"),
         row("steps", f"{estimate.steps:.2g}", f"of {estimate.step * 1e9:.0f} ns"),
@@ -158,7 +159,7 @@ def _cost(scene: Scene, settings, ranks: int) -> list[str]:
         row(
             "wall time",
             duration(estimate.wall_time),
-            f"{duration(estimate.preparation)} of it for meshes and the start; kernels are compiled once besides",
+            f"{duration(estimate.preparation)} of it for meshes and the start; kernels are compiled{body} once besides",
         ),
         *_on_card(estimate.cells, scene, settings),
     ]

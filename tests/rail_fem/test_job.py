@@ -320,6 +320,8 @@ def test_check_shows_units_derived_numbers_cost_and_warnings(case, tmp_path):
         "is a surrogate",
     ):
         assert words in answer.output, words
+    flexible = call("check", case, "--set", "scene.wheel_body={}").output
+    assert "the wheel condensed" in flexible and "the wheel condensed" not in answer.output
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml"]
 
 
