@@ -50,7 +50,8 @@ def headlines(result: PassResult) -> list[Headline]:
             f"y = {show(peak.y, shown, 4)}" if np.isfinite(peak.y) else "",
             f"in an element of {show(peak.size, shown, 2)}" if np.isfinite(peak.size) else "",
         )
-        found.append(_with_bars(result, name, name, peak.value, peak.unit, ", ".join(filter(None, where))))
+        told = ", ".join(filter(None, where)) if peak.value else ""  # nothing has flowed nowhere
+        found.append(_with_bars(result, name, name, peak.value, peak.unit, told))
     for cutoff in CUTOFFS:
         if (low := filtered_peak(result, cutoff)) is not None:
             force, where_low = engineering(low.value, "N", MOST_DIGITS), f"at x = {show(low.x, shown, 4)}"

@@ -89,6 +89,13 @@ def test_a_wide_bar_does_not_tell_more_of_the_nose_than_of_the_wheel(ran):
     assert told["largest_force"] == told["largest_force_nose"] == "227 kN"
 
 
+def test_what_has_not_flowed_has_no_place(ran):
+    unyielded, flowed = Peak(0.0, "", x=0.3, size=1e-3), Peak(0.05, "", x=0.3, size=1e-3)
+    result = replace(load(ran[0]), peaks={"plastic_strain_nose": unyielded, "plastic_strain_wing": flowed})
+    where = {one.name: one.where for one in headlines(result)}
+    assert where["plastic_strain_nose"] == "" and "x = 300 mm" in where["plastic_strain_wing"]
+
+
 def test_a_scene_that_light_models_cannot_run_has_no_such_rows(scene, ran):
     result = load(ran[0])
     curved = result.scene.replace(diverging={})
