@@ -1,4 +1,5 @@
-"""Linear elastic, isotropic material and the modulus of two bodies in contact; constants of back stresses."""
+"""Linear elastic, isotropic material and the modulus of two bodies in contact; what yield curves and back stresses
+must be."""
 
 from __future__ import annotations
 
@@ -123,6 +124,25 @@ def first_loading(law, strain: np.ndarray) -> np.ndarray:
         free = c * strain if mu * gamma == 0 else -c / (mu * gamma) * np.expm1(-mu * gamma * strain)
         back = back + (free if gamma == 0 else np.minimum(free, c / gamma))
     return law.yield_stress - law.hardening * np.expm1(-law.hardening_rate * strain) + back
+
+
+def refuse_yield_curve(strain: np.ndarray, stress: np.ndarray) -> None:
+    """Raise MaterialError where yield stresses [Pa] over equivalent plastic strains are no hardening steel's curve."""
+    if strain.ndim != 1 or strain.shape != stress.shape or not strain.size:
+        raise MaterialError(f"yield curve: {strain.shape} strains, {stress.shape} stresses: give two equal lists")
+    if not (np.isfinite(strain).all() and np.isfinite(stress).all()):
+        raise MaterialError("yield curve: holds a value that is not finite")
+    if strain[0] != 0 or (np.diff(strain) <= 0).any():
+        raise MaterialError("yield curve: plastic strains must start at 0 and increase strictly")
+    if stress[0] <= 0:
+        raise MaterialError(f"yield curve: first yield stress {stress[0]:g} Pa, must be positive")
+    if (np.diff(stress) < 0).any():
+        k = int(np.argmin(np.diff(stress)))
+        raise MaterialError(
+            f"yield curve: falls from {stress[k] / 1e6:g} to {stress[k + 1] / 1e6:g} MPa behind a plastic strain "
+            f"of {strain[k]:g}: softening localises in one cell and has no answer independent of the cells; give a "
+            "curve that never falls"
+        )
 
 
 def back_stress_constants(

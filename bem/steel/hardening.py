@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from bem.material import Elastic, MaterialError
+from bem.material import Elastic, MaterialError, refuse_yield_curve
 
 
 class YieldLaw(Protocol):
@@ -57,22 +57,7 @@ class Hardening:
     def __post_init__(self) -> None:
         for name in ("strain", "stress"):
             object.__setattr__(self, name, np.array(getattr(self, name), float))
-        strain, stress = self.strain, self.stress
-        if strain.ndim != 1 or strain.shape != stress.shape or not strain.size:
-            raise MaterialError(f"yield curve: {strain.shape} strains, {stress.shape} stresses: give two equal lists")
-        if not (np.isfinite(strain).all() and np.isfinite(stress).all()):
-            raise MaterialError("yield curve: holds a value that is not finite")
-        if strain[0] != 0 or (np.diff(strain) <= 0).any():
-            raise MaterialError("yield curve: plastic strains must start at 0 and increase strictly")
-        if stress[0] <= 0:
-            raise MaterialError(f"yield curve: first yield stress {stress[0]:g} Pa, must be positive")
-        if (np.diff(stress) < 0).any():
-            k = int(np.argmin(np.diff(stress)))
-            raise MaterialError(
-                f"yield curve: falls from {stress[k] / 1e6:g} to {stress[k + 1] / 1e6:g} MPa behind a plastic strain "
-                f"of {strain[k]:g}: softening localises in one cell and has no answer independent of the cells; give a "
-                "curve that never falls"
-            )
+        refuse_yield_curve(self.strain, self.stress)
 
     @classmethod
     def linear(cls, yield_stress: float, slope: float = 0.0, kinematic: bool = False) -> Hardening:

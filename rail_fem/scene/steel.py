@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bem.material import first_loading
+from bem.material import MaterialError, first_loading, refuse_yield_curve
 from bem.steel.cyclic_law import CyclicLaw, cyclic_law
 
 # plastic strains at which the curve of a cyclic law is tabulated
@@ -53,24 +53,14 @@ class Steel:
             raise ValueError(f"steel: poisson is {self.poisson!r}, must be between -1 and 0.5")
 
     def _check_curve(self) -> None:
-        strain, stress = self.hardening_strain, self.hardening_stress
         if self.hardening not in ("isotropic", "kinematic"):
             raise ValueError(f"steel: hardening is {self.hardening!r}, must be 'isotropic' or 'kinematic'")
-        if strain.ndim != 1 or strain.shape != stress.shape:
-            raise ValueError(
-                f"steel: hardening_strain has shape {strain.shape}, hardening_stress {stress.shape}: give two lists of"
-                " equal length"
-            )
-        if strain.size == 0:
+        if self.hardening_strain.shape == self.hardening_stress.shape == (0,):
             return
-        if not (np.isfinite(strain).all() and np.isfinite(stress).all()):
-            raise ValueError("steel: the hardening curve holds a value that is not finite")
-        if strain[0] != 0 or (np.diff(strain) <= 0).any():
-            raise ValueError("steel: hardening_strain must start at 0 and increase strictly")
-        if stress[0] <= 0 or (np.diff(stress) < 0).any():
-            raise ValueError(
-                "steel: hardening_stress must be positive and must not fall (softening has no mesh-independent answer)"
-            )
+        try:
+            refuse_yield_curve(self.hardening_strain, self.hardening_stress)
+        except MaterialError as error:
+            raise ValueError(f"steel: hardening_strain and hardening_stress: {error}") from None
 
     @property
     def is_elastic(self) -> bool:

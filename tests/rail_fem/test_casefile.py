@@ -116,8 +116,9 @@ suspension = "maybe"
         "scene.vehicle.wheel_count: 7 must be a multiple of 2 (number of wheels that carry the vehicle)",
         f"scene.materials.wing.grade: unknown value 'Mn12', did you mean 'Mn13'? (choose from: {', '.join(GRADES)})",
         (
-            "scene.materials.nose: steel: hardening_stress must be positive and must not fall (softening has no"
-            " mesh-independent answer)"
+            "scene.materials.nose: steel: hardening_strain and hardening_stress: yield curve: falls from 310 to 200 MPa"
+            " behind a plastic strain of 0: softening localises in one cell and has no answer independent of the cells;"
+            " give a curve that never falls"
         ),
         (
             "run.fe_ful: unknown model, did you mean 'fe_full'?; models: p2_formula, lumped, rigid_hertz, bem_passage,"
