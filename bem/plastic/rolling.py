@@ -45,7 +45,7 @@ class PlasticTrack:
         self.state = PlasticState.virgin((nz, 5, columns, ny), body.hardening.back_stresses)
         self.residual = np.zeros((nz, 5, columns, ny))
         self.surface = np.zeros((columns, ny))
-        self._known: Box | None = None
+        self.known: Box | None = None  # layers and cells across with `residual` known; None where nothing has yielded
         self._surface_kernel: tuple[int, SurfaceDisplacement] | None = None
 
     @property
@@ -66,10 +66,10 @@ class PlasticTrack:
     def widened(self) -> bool:
         """Whether the window's box has grown across or in depth since the last step that was accepted: then residual
         stress was not known in all of it. It is now, and the step has to be solved again."""
-        box, known = self.body.box, self._known
+        box, known = self.body.box, self.known
         if known is None or box is None or (box.y == known.y and box.layers == known.layers):
             return False
-        self._known = box
+        self.known = box
         self._feel_again(box)
         return True
 
@@ -78,7 +78,7 @@ class PlasticTrack:
         if trial is None or not (trial.returned.along > 0).any():
             return
         body, at, box = self.body, self._at, trial.box
-        self._known = box
+        self.known = box
         body.accept(trial)
         self.state.strain[:, :, at], self.state.back[:, :, at] = body.state.strain, body.state.back
         self.state.peeq[:, at] = body.state.peeq
@@ -86,7 +86,7 @@ class PlasticTrack:
 
     def remembered(self) -> dict[str, np.ndarray]:
         """All that a later step depends on, to be kept in a file while no step is being solved."""
-        boxes = {"box": self.body.box, "known": self._known}
+        boxes = {"box": self.body.box, "known": self.known}
         return {
             "strain": self.state.strain, "back": self.state.back, "peeq": self.state.peeq, "residual": self.residual,
             "surface": self.surface, **{name: _numbers(box) for name, box in boxes.items()},
@@ -100,31 +100,26 @@ class PlasticTrack:
             raise ContactInputError(f"track: {', '.join(wrong) or 'arrays'} of another track or missing")
         self.state = PlasticState(kept["strain"], kept["back"], kept["peeq"])
         self.residual, self.surface = kept["residual"], kept["surface"]
-        self.body.box, self._known = _box(kept["box"]), _box(kept["known"])
+        self.body.box, self.known = _box(kept["box"]), _box(kept["known"])
         self.stand(0)
-
-    @property
-    def known(self) -> Box | None:
-        """Layers and cells across in which `residual` is known; None where nothing has yielded."""
-        return self._known
 
     def know_around(self, across: int, deep: int) -> bool:
         """Let the residual stress be known so many cells farther across and deeper than the steps needed it. False, and
         nothing is changed, where nothing has yielded or the kernels would be too large."""
-        box, grid = self._known, self.body.grid
+        box, grid = self.known, self.body.grid
         if box is None:
             return False
         y = slice(max(box.y.start - across, 0), min(box.y.stop + across, grid.ny))
         wider = Box(box.x, y, min(box.layers + deep, self.body.layers))
         if self._wide(wider, box.x.stop - box.x.start).kernel_memory > MOST_MEMORY:
             return False
-        self.body.box = self._known = wider
+        self.body.box = self.known = wider
         self._feel_again(wider)
         return True
 
     def mean_residual(self) -> np.ndarray:
         """(nz, columns, ny) mean stress by the plastic strain [Pa], where `residual` is known."""
-        mean, box = np.zeros(self.state.peeq.shape), self._known
+        mean, box = np.zeros(self.state.peeq.shape), self.known
         if box is None:
             return mean
         for first, part in self._stretches(box):

@@ -81,7 +81,7 @@ def test_the_track_feels_its_plastic_strain_as_one_body_would():
     """Residual deviator of a short track against the influence of all its cells at once; the reach covers the track."""
     grid, track, deviator = short_track()
     one_pass(track, deviator, stride=2)
-    box = track._known
+    box = track.known
     cells = Cells(grid.dx, grid.dy, grid.dx, 22, box.y.stop - box.y.start, box.layers)
     whole = StressInfluence(cells, STEEL).deviator(np.ascontiguousarray(track.state.strain[: box.layers, :, :, box.y]))
     error = np.abs(whole - track.residual[: box.layers, :, :, box.y]).max() / np.abs(whole).max()
