@@ -10,13 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from kernel_cache import njit
-
-_compiled = njit(cache=True, error_model="numpy")
-_part = njit(forceinline=True, error_model="numpy")
+from rail_fem.fe.contact.compiled import compiled, inlined
 
 
-@_compiled
+@compiled
 def time_to_contact(pairs, velocity, margin, change):
     """The least time [s] in which a pair with a gap of `margin` [m] or more can close: at the rate at which it closes
     now, and `change` [m/s] more. velocity : (n, 3) of the nodes [m/s]"""
@@ -36,7 +33,7 @@ def time_to_contact(pairs, velocity, margin, change):
     return least
 
 
-@_part
+@inlined
 def are_close(neighbours, one, other):
     """Whether two facets are the same, or at most two edges apart."""
     if one == other:
@@ -53,7 +50,7 @@ def are_close(neighbours, one, other):
     return False
 
 
-@_compiled
+@compiled
 def close_pairs(found, before, margin, deepest, slot):
     """The pairs to watch, of those that a search found (k,): number (m,) of each in `found`, facet (m,), position on it
     (m, 2), normal of the last step (m, 3), 0 for new pairs.

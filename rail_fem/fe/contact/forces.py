@@ -13,18 +13,14 @@ velocity has the term omega x r.
 
 from __future__ import annotations
 
-from kernel_cache import UNCOUNTED, njit
+from rail_fem.fe.contact.compiled import compiled, uncounted
 from rail_fem.fe.contact.friction import add_friction_forces, finish_slip
 from rail_fem.fe.contact.pairs import CARRIED, N_ACTIVE, NORMAL_ENERGY, TOWED
 from rail_fem.fe.contact.pressure import add_tributary_areas, find_pressures
 from rail_fem.fe.contact.projection import project_some, take
 
-_compiled = njit(cache=True, error_model="numpy")
-# self-contained kernels: the same bits from the compiler and from the cache
-_part = njit(forceinline=True, error_model="numpy", **UNCOUNTED)
 
-
-@_compiled
+@compiled
 def pack(x, v, dt, local, slot, buffer):
     """Positions now and, without contact, after the step, of the nodes `local` of this rank -> rows `slot` of buffer
     (m, 6); 0 elsewhere."""
@@ -36,7 +32,7 @@ def pack(x, v, dt, local, slot, buffer):
             buffer[slot[i], 3 + c] = now + dt * v[3 * local[i] + c]
 
 
-@_compiled
+@compiled
 def pack_motion(x, v, local, here, slot, motion):
     """Positions and velocities of the nodes of this rank, `local`, at `here` among the surface nodes -> rows slot[here]
     of motion (m, 6), where that is not below 0; 0 elsewhere."""
@@ -48,7 +44,7 @@ def pack_motion(x, v, local, here, slot, motion):
                 motion[row, c], motion[row, 3 + c] = x[3 * local[i] + c], v[3 * local[i] + c]
 
 
-@_compiled
+@compiled
 def unpack_motion(motion, nodes, n_rail, frames, position, velocity):
     """Rows of all ranks onto the surface nodes (m,), the wheel's (from n_rail on) as the rail's frame has them."""
     for i in range(nodes.size):
@@ -62,7 +58,7 @@ def unpack_motion(motion, nodes, n_rail, frames, position, velocity):
             velocity[n, 2] -= frames.rise
 
 
-@_part
+@uncounted
 def unpack(buffer, watched, n_rail, frames, dt, before, position):
     """Rows of all ranks onto the surface nodes `watched`, the wheel's (from n_rail on) as the rail's frame has them
     before and after the step."""
@@ -77,7 +73,7 @@ def unpack(buffer, watched, n_rail, frames, dt, before, position):
             position[n, 2] -= frames.raised + dt * frames.rise
 
 
-@_compiled
+@compiled
 def predict(buffer, watched, n_rail, frames, dt, before, position, on_rail, on_wheel, first, every, rows):
     """Rows of all ranks onto the surface nodes, as `unpack`; then, of every so many pairs of both surfaces from number
     `first` on, their projections where the nodes would be without contact -> rows (k, PROJECTION), the rail's first."""
@@ -87,7 +83,7 @@ def predict(buffer, watched, n_rail, frames, dt, before, position, on_rail, on_w
     project_some(position, on_wheel, first, every, rows[split:])
 
 
-@_part
+@uncounted
 def add_normal_forces(pairs, nodes, factor, law, found, sums):
     """The pressures of one pass as forces on the nodes, and as the scalar normal force on each node.
 
@@ -114,7 +110,7 @@ def add_normal_forces(pairs, nodes, factor, law, found, sums):
         found.pressure_at[s] = p
 
 
-@_compiled
+@compiled
 def contact_forces(rows, on_rail, on_wheel, watched, n_rail, nodes, law, spin, yaw, dt, found, sliding, sums):
     """All contact forces of a step, from the projections of all pairs; returns how many pairs that carried have lost
     their facet.

@@ -7,16 +7,13 @@ import math
 
 import numpy as np
 
-from kernel_cache import UNCOUNTED, njit
+from rail_fem.fe.contact.compiled import inlined, uncounted
 from rail_fem.fe.contact.pairs import AXLE_MOMENT, FRICTION_WORK
 from rail_fem.fe.contact.pressure import pair_mobility
 from rail_fem.fe.contact.projection import facet_point
 
-_part = njit(forceinline=True, error_model="numpy", **UNCOUNTED)
-_with_room = njit(forceinline=True, error_model="numpy")  # allocates
 
-
-@_part
+@uncounted
 def material_flow(reference, position, quad, weight, yaw, flow, t1, t2, r1, r2, point):
     """Velocity of the wheel's material through its mesh at a point of a facet, for 1 rad/s: e x r taken along the
     deformed facet, e = (-yaw, 1, 0) the axle of a wheel that heads to +y by a small angle."""
@@ -35,7 +32,7 @@ def material_flow(reference, position, quad, weight, yaw, flow, t1, t2, r1, r2, 
         flow[c] = c1 * t1[c] + c2 * t2[c]
 
 
-@_part
+@uncounted
 def rub(pairs, i, nodes, law, spin, yaw, dt, found, sliding, sums, flow, trial, t1, t2, r1, r2, point):
     """Friction of pair i of the rail's nodes: elastic slip with the implicit stiffness of the normal force, returned to
     the cone friction * normal force -> `slip`, `sticking`, `moved`, `drag` of the pair, moment added to sums.
@@ -75,7 +72,7 @@ def rub(pairs, i, nodes, law, spin, yaw, dt, found, sliding, sums, flow, trial, 
         sums[AXLE_MOMENT] += drag[i, c] * flow[c]
 
 
-@_with_room
+@inlined
 def add_friction_forces(pairs, nodes, law, spin, yaw, dt, found, sliding, sums):
     """Coulomb friction of the rail's nodes; fills `sliding`."""
     flow, trial, point = np.empty(3), np.empty(3), np.empty(3)
@@ -94,7 +91,7 @@ def add_friction_forces(pairs, nodes, law, spin, yaw, dt, found, sliding, sums):
                 force[q[k], c] += weight[i, k] * drag[i, c]
 
 
-@_part
+@uncounted
 def settle_slip(pairs, i, inverse_mass, dt, found, sliding, sums):
     """After all forces: elastic slip of a sticking node with what the contact forces move within the step, and the work
     of friction, of pair i."""
@@ -115,7 +112,7 @@ def settle_slip(pairs, i, inverse_mass, dt, found, sliding, sums):
             slip[s, c] -= along * pairs.normal[i, c]
 
 
-@_part
+@uncounted
 def finish_slip(pairs, inverse_mass, dt, found, sliding, sums):
     """`settle_slip` of all pairs that carry."""
     for i in range(pairs.slaves.size):

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from kernel_cache import njit
+from rail_fem.fe.contact.compiled import compiled, inlined
 
-_compiled = njit(cache=True, error_model="numpy")
-_part = njit(forceinline=True, error_model="numpy")
 TINY = 1e-300
 COLUMNS = 24  # cells in plan along and across, in which surfaces are looked for that come near to each other
 
 
-@_compiled
+@compiled
 def facet_boxes(position, quads, reach):
     """Corners low and high (q, 3) of the boxes around facets, wider by `reach` (3,) [m] on all sides."""
     low, high = np.empty((quads.shape[0], 3)), np.empty((quads.shape[0], 3))
@@ -27,7 +25,7 @@ def facet_boxes(position, quads, reach):
     return low, high
 
 
-@_compiled
+@compiled
 def share_space(rail, wheel):
     """Which boxes of one set may overlap one of the other's: (q1,), (q2,) bool. Too many, never too few: in plan boxes
     are sorted into COLUMNS x COLUMNS cells of the rectangle that both sets share, and kept where in one of their cells
@@ -76,13 +74,13 @@ def share_space(rail, wheel):
     return kept
 
 
-@_part
+@inlined
 def column(distance, per_metre):
     """Number 0..COLUMNS-1 of the cell at a distance [m] from the first, those beyond in the outer ones."""
     return int(min(max(distance * per_metre, 0.0), COLUMNS - 1.0))
 
 
-@_compiled
+@compiled
 def nodes_of(quads, facets, n):
     """Nodes (m,) of the facets (k,) among n, ascending, each once."""
     wanted, count = np.zeros(n, np.bool_), 0
@@ -98,7 +96,7 @@ def nodes_of(quads, facets, n):
     return out
 
 
-@_compiled
+@compiled
 def facet_centres(position, quads, facets):
     """Mean positions (k, 3) of the corners of the facets (k,)."""
     out = np.empty((facets.size, 3))
@@ -109,7 +107,7 @@ def facet_centres(position, quads, facets):
     return out
 
 
-@_compiled
+@compiled
 def with_neighbours(facets, neighbours, rings):
     """(q,) bool: the facets (k,) and those up to so many facets away across edges."""
     out = np.zeros(neighbours.shape[0], np.bool_)
@@ -132,7 +130,7 @@ def with_neighbours(facets, neighbours, rings):
     return out
 
 
-@_compiled
+@compiled
 def nearest_facets(position, nodes, first, every, centres):
     """For every so many of the nodes (m,), from number `first` on, the number of the nearest of the centres (k, 3),
     k > 0; 0 for the others. Centres are sorted into square cells in plan, and cells looked at in rings until none

@@ -18,14 +18,13 @@ from __future__ import annotations
 import numpy as np
 
 from kernel_cache import UNCOUNTED, njit
+from rail_fem.fe.contact.compiled import inlined, uncounted
 
-_part = njit(forceinline=True, error_model="numpy", **UNCOUNTED)
-_with_room = njit(forceinline=True, error_model="numpy")  # allocates
 _fast = njit(forceinline=True, error_model="numpy", fastmath={"contract"}, **UNCOUNTED)
 SWEEPS, MOMENTUM = 6, 0.5
 
 
-@_part
+@uncounted
 def add_tributary_areas(pairs, area, factor, tributary_area):
     """Area that all active pairs put on each node -> tributary_area (n,)."""
     for i in range(pairs.slaves.size):
@@ -37,7 +36,7 @@ def add_tributary_areas(pairs, area, factor, tributary_area):
                 tributary_area[pairs.quads[pairs.facets[i], k]] += pairs.weight[i, k] * a
 
 
-@_part
+@uncounted
 def pair_mobility(pairs, i, tributary_area, inverse_mass):
     """D of pair i: what its pressure moves its gap by, over dt^2 [m3/kg]."""
     s, q = pairs.slaves[i], pairs.quads[pairs.facets[i]]
@@ -47,7 +46,7 @@ def pair_mobility(pairs, i, tributary_area, inverse_mass):
     return d
 
 
-@_part
+@uncounted
 def number_nodes(on_rail, on_wheel, slot):
     """Nodes of the active pairs of both surfaces, numbered as they are met -> slot (n,), -1 elsewhere; how many."""
     count = 0
@@ -65,7 +64,7 @@ def number_nodes(on_rail, on_wheel, slot):
     return count
 
 
-@_part
+@uncounted
 def take_active(pairs, nodes, law, dt, tributary_area, factor, slot, at, node, weight, moves, normal, state):
     """Active pairs of one surface from row `at` on, side by side in memory; returns the row after the last.
 
@@ -128,7 +127,7 @@ def sweep_once(law, dt, node, weight, moves, normal, state, push, momentum):
         next_pressure(state, i, opening, law, dt, momentum)
 
 
-@_with_room
+@inlined
 def find_pressures(on_rail, on_wheel, nodes, law, dt, tributary_area, slot):
     """Pressures of all active pairs of both passes, each with half of the area -> pairs.pressure [Pa].
 

@@ -12,12 +12,8 @@ import math
 
 import numpy as np
 
-from kernel_cache import UNCOUNTED, njit
+from rail_fem.fe.contact.compiled import compiled, inlined, uncounted
 
-_compiled = njit(cache=True, error_model="numpy")
-# self-contained kernels: the same bits from the compiler and from the cache
-_part = njit(forceinline=True, error_model="numpy", **UNCOUNTED)
-_with_room = njit(forceinline=True, error_model="numpy")  # allocates
 OUTSIDE = 1.02  # local coordinate beyond which a projection belongs to the neighbour
 NEWTON_STEPS = 12
 SWEEPS, SETTLED = 50, 1e-10  # of the closest point within a facet's edges, and the change at which it is found
@@ -25,7 +21,7 @@ LEAST_COSINE = 0.5  # between facet's normal and the way to the node: a node far
 PROJECTION = 7  # numbers of a pair's projection
 
 
-@_part
+@uncounted
 def facet_point(position, quad, xi, eta, point, t1, t2):
     """Point and tangents of a bilinear facet at (xi, eta)."""
     for c in range(3):
@@ -37,7 +33,7 @@ def facet_point(position, quad, xi, eta, point, t1, t2):
         t2[c] = 0.25 * (d + e * xi)
 
 
-@_part
+@uncounted
 def project(position, node, facet, xi, eta, quads, neighbours, usable, point, t1, t2):
     """Closest point of `node` on the surface, walking from facet to facet; returns facet (-1: off the surface), xi,
     eta."""
@@ -77,7 +73,7 @@ def project(position, node, facet, xi, eta, quads, neighbours, usable, point, t1
     return facet, xi, eta
 
 
-@_part
+@uncounted
 def moved_within(local, position, node, point, tangent):
     """A local coordinate moved along its tangent from `point` to below `node`, no farther than the facet's edges."""
     along = length = 0.0
@@ -87,7 +83,7 @@ def moved_within(local, position, node, point, tangent):
     return min(max(local + along / length, -1.0), 1.0) if length > 0.0 else 0.0
 
 
-@_part
+@uncounted
 def within_edges(position, node, quad, point, t1, t2):
     """Closest point of `node` on a bilinear facet within its edges, by turns along xi and eta: xi, eta, distance
     squared [m2]."""
@@ -107,7 +103,7 @@ def within_edges(position, node, quad, point, t1, t2):
     return xi, eta, square
 
 
-@_part
+@uncounted
 def project_within(position, node, facet, quads, neighbours, usable, point, t1, t2):
     """Closest point of `node` on the surface around a facet, within the facets' edges: facet (-1: the node is beyond
     the surface's end, or beside it), xi, eta. From facet to facet while one around is closer, so it comes to an end."""
@@ -149,7 +145,7 @@ def project_within(position, node, facet, quads, neighbours, usable, point, t1, 
     return facet, xi, eta
 
 
-@_part
+@uncounted
 def project_pair(position, pairs, i, rows, point, t1, t2):
     """Projection of pair i at positions (n, 3), from where `facets` and `where` say -> row i of rows (k, PROJECTION), 0
     before: facet (-1: none), xi, eta, gap [m], normal. point, t1, t2 : (3,) buffers"""
@@ -169,7 +165,7 @@ def project_pair(position, pairs, i, rows, point, t1, t2):
             rows[i, 4 + c] = normal[c]
 
 
-@_with_room
+@inlined
 def project_some(position, pairs, first, every, rows):
     """Projections of every so many pairs from number `first` on -> rows (k, PROJECTION); 0 in the rows of other pairs,
     so that the rows of all ranks add up to all projections, exactly."""
@@ -179,7 +175,7 @@ def project_some(position, pairs, first, every, rows):
         project_pair(position, pairs, i, rows, point, t1, t2)
 
 
-@_part
+@uncounted
 def take_pair(rows, pairs, i):
     """The projection of pair i -> `facets`, `where`, `gap`, `weight`, `ahead`, and `normal` as `ahead` was; whether it
     carried and has lost its facet."""
@@ -200,7 +196,7 @@ def take_pair(rows, pairs, i):
     return False
 
 
-@_part
+@uncounted
 def take(rows, pairs):
     """`take_pair` of all pairs; how many that carried have lost their facet."""
     lost = 0
@@ -209,19 +205,19 @@ def take(rows, pairs):
     return lost
 
 
-@_compiled
+@compiled
 def project_share(position, pairs, first, every, rows):
     """`project_some` of one surface's pairs."""
     project_some(position, pairs, first, every, rows)
 
 
-@_compiled
+@compiled
 def take_projections(rows, pairs):
     """`take` of one surface's pairs."""
     return take(rows, pairs)
 
 
-@_compiled
+@compiled
 def add_overlap(position, pairs, area, found):
     """How deep nodes lie below the facets of the pairs that carry, at positions (n, 3) -> found (3,): the largest depth
     or that there [m]; force times depth [N m] and force [N] are added. area : (n,) of the nodes [m2]"""
