@@ -185,7 +185,7 @@ def _fleet(settings: DamageSettings, found: dict[str, Any]) -> list[str | list[s
     if own is None:
         return []
     low, _, high = own["quantiles"]
-    farthest = (EXTRAPOLATED - 1) * found["passes"]
+    farthest = (EXTRAPOLATED - 1) * (found["passes"] - found["began"])
     told = lambda passes: f"{passes:.2g}" if passes is not None and passes <= farthest else f"beyond {farthest:.2g}"
     x, y = own["at"]
     kinds = "; ".join(f"{kind} ({share:.0%})" for kind, share in own["kinds"])
@@ -213,7 +213,7 @@ def _wheels(settings: DamageSettings, found: dict[str, Any]) -> list[str | list[
     """What wheels of each kind lose in a thousand passes over the crossing as it wears."""
     if not found["wheels"]:
         return []
-    rows, per = [], THOUSAND / found["passes"]
+    rows, per = [], THOUSAND / (found["passes"] - found["began"])
     for one in found["wheels"][:MOST_KINDS]:
         depth, section, volume = (one[f"{name}_by_law"] for name in ("deepest", "section", "volume"))
         lead = found["law"]

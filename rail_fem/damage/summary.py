@@ -27,6 +27,7 @@ def summary(settings: DamageSettings, state: Evolution, before: Rate, after: Rat
     return {
         "site": settings.site,
         "passes": state.passes,
+        "began": state.began,
         "law": settings.law,
         "resets": state.resets,
         "height_ground_off": state.lost,

@@ -9,8 +9,10 @@ from rail_fem.case.casefile import load_case
 from rail_fem.damage.crossing import table_contacts
 from rail_fem.damage.crossing_site import dynamics
 from rail_fem.damage.evolution import Stepping, begin, evolve
-from rail_fem.damage.sites import crossing_site, patch_options
+from rail_fem.damage.report import study_report
+from rail_fem.damage.sites import crossing_site, patch_options, tonnage_of
 from rail_fem.damage.summary import summary
+from rail_fem.damage.traffic import WELD
 from rail_fem.damage.wheel_wear import circumference, wheel_lines, wheel_wear
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
@@ -89,3 +91,14 @@ def test_wear_of_the_wheels_goes_on_over_the_blocks_and_into_the_summary(made):
     )
     assert 0 < found[0]["nose_share"] < 1 and -0.05 < found[0]["deepest_at"] < 0.06
     assert summary(case.damage, begin(site), rate, rate)["wheels"] == []
+
+
+def test_a_page_tells_the_wheels_of_a_thousand_passes_since_the_last_welding(made):
+    """Welded after 10 of 20 passes: the wheels' table is that of the 10 passes since, over the same shapes."""
+    case, site, rate = made
+    tables = []
+    for passes, events in ((10, ()), (20, ((10, WELD),))):
+        *_, end = evolve(site, passes, Stepping(block=10, events=events))
+        found = summary(case.damage, end, rate, rate) | {"tonnage": tonnage_of(case.scene, case.damage)}
+        tables.append(study_report("", case.damage, found).partition("## Wheels")[2].partition("## ")[0])
+    assert "P8-worn" in tables[0] and tables[0] == tables[1]
