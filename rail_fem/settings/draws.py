@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -49,7 +50,7 @@ class Draw(Frozen):
             at = np.searchsorted(ends / ends[-1], shares, side="right")
             return [self.of[min(number, len(self.of) - 1)] for number in at]
         unit = "" if quantity is None else quantity.unit
-        read = lambda value, without: without if value is None else _number(key, value, unit)
+        read = lambda value, without: without if value is None else number_of(key, value, unit)
         low, high = read(self.low, -math.inf), read(self.high, math.inf)
         if not low < high:
             raise DrawError(f"fleet.draw: {key}: low must be less than high")
@@ -85,8 +86,8 @@ class Draws(Frozen):
         return [{key: values[number] for key, values in columns.items()} for number in range(count)]
 
 
-def _number(key: str, value: str | float, unit: str) -> float:
-    """[SI]"""
+def number_of(key: str, value: Any, unit: str) -> float:
+    """Of a key's value in a unit [SI]. Errors: DrawError."""
     try:
         return parse(value, unit)[0] if isinstance(value, str) else float(value)
     except QuantityError as error:

@@ -29,7 +29,8 @@ from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.result.result import PassResult
 from rail_fem.scene.input_errors import quantity_of
-from rail_fem.settings.draws import Change, Draws
+from rail_fem.scene.units import Quantity, show
+from rail_fem.settings.draws import Change, Draws, number_of
 from rail_fem.show.panels import curve, legend_above, new_panels, titled
 from rail_fem.show.style import LINE_OF_MODEL
 from rail_fem.sweeps.trends import MEASURES
@@ -130,7 +131,7 @@ def fleet_lines(
             if sum(min(proven[name], values.get(name, 0.0)) > 0 for name in proven) >= LEAST_PROVEN:
                 by = f"{model}, corrected by {fleet.proven_by} ({len(proven)} passes)"
                 table.append([by, *which, *(_two_errors(*corrected(values, proven, share)) for share in QUANTILES)])
-        lines += ["", *worst_lines(columns[0], rows, results, model)]
+        lines += ["", *worst_lines(fleet, columns[0], rows, results, model)]
     head = ["model", "quantity", "passes", *(f"{share:.0%} of the passes below" for share in QUANTILES)]
     known = {model: off for model in whole if (off := MODELS[model].off)}
     said = ", ".join(f"{model} is off by up to {usual:.0%} in nine of ten" for model, (usual, _) in known.items())
@@ -155,30 +156,33 @@ def _two_errors(value: float, model: float, traffic: float) -> str:
     return f"{value:.4g} (model +- {off[0]}, so few passes +- {off[1]})"
 
 
-def worst_lines(column: str, rows: Mapping[str, Mapping[str, Change]], results: Results, model: str) -> list[str]:
-    """Who the worst passes are: of what is drawn, each kind's share among them and among all, or the means."""
+def worst_lines(
+    fleet: Fleet, column: str, rows: Mapping[str, Mapping[str, Change]], results: Results, model: str
+) -> list[str]:
+    """Who the worst passes are: of few values of which one comes, each one's share among them and among all; of numbers
+    the means."""
     value = values_of(column, results)
     ranked = sorted(value, key=value.__getitem__)
     worst = ranked[-max(1, round(WORST * len(ranked))) :]
     if not ranked:
         return []
     table = []
-    for key in rows[worst[0]]:
-        among = lambda names: [rows[name][key] for name in names]
-        kinds = sorted({str(kind) for kind in among(ranked)})
-        if len(kinds) < len(ranked) / 2:
+    for key, draw in fleet.draw.items():
+        among = lambda names, key=key: [rows[name][key] for name in names]
+        kinds, quantity = sorted({str(kind) for kind in among(ranked)}), quantity_of(field_of(key))
+        if draw.of and (quantity is None or len(kinds) < len(ranked) / 2):
             share = lambda kind, names: f"{sum(str(one) == kind for one in among(names)) / len(names):.0%}"
             table += [[f"{key} = {kind}", share(kind, worst), share(kind, ranked)] for kind in kinds]
         else:
-            table.append([key, *(_mean(among(names)) for names in (worst, ranked))])
+            table.append([key, *(_mean(key, quantity, among(names)) for names in (worst, ranked))])
     head = ["what is drawn", f"worst {len(worst)} of {len(ranked)} by {column}, {model}", "all"]
     return markdown_table(head, table)
 
 
-def _mean(values: Sequence[Change]) -> str:
-    """Of texts of one unit."""
-    numbers = [float(str(value).split()[0]) for value in values]
-    return f"{np.mean(numbers):.4g} {' '.join(str(values[0]).split()[1:])}".strip()
+def _mean(key: str, quantity: Quantity | None, values: Sequence[Change]) -> str:
+    unit = "" if quantity is None else quantity.unit
+    mean = np.mean([number_of(key, value, unit) for value in values])
+    return show(float(mean), unit, 4)
 
 
 def fleet_figure(title: str, columns: Sequence[str], of_model: Mapping[str, Results]) -> Figure:

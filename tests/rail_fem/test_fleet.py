@@ -106,6 +106,18 @@ def test_a_sweep_of_a_fleet_tells_quantiles_and_the_worst(tmp_path):
     ).read_text(encoding="utf-8")
 
 
+def test_wheels_of_a_fleet_of_few_passes_are_told_by_their_shares(tmp_path):
+    """Three shapes and two units of speed in four passes: a share of each shape, the mean of the speeds in one unit."""
+    (tmp_path / "case.toml").write_text(CASE)
+    text = FILE.format(speed='of = ["60 mph", "30 m/s"]').replace("passes = 32", "passes = 4")
+    text = text.replace('["P8", "P1"], weights = [3, 1]', '["P8", "P1", "S1002"]')
+    (tmp_path / "fleet.toml").write_text(text)
+    found = CliRunner().invoke(cli.app, ["sweep", str(tmp_path / "fleet.toml"), "--out", str(tmp_path / "out")])
+    assert found.exit_code == 0, found.output
+    words = " ".join(found.output.split())
+    assert "| scene.wheel.profile = S1002 | 0% | 25% |" in words and "| 63.55 mph |" in words
+
+
 def test_a_fleet_is_proven_where_its_quantiles_are(tmp_path):
     (tmp_path / "case.toml").write_text(CASE)
     text = FILE.format(speed='low = "60 mph", high = "90 mph"')
