@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from geometry.surfaces.bodies import BODIES
 from rail_fem.result.quantities import REPORTED
 from rail_fem.result.result import NAN, PassResult
 from rail_fem.show.metal import amount
-from rail_fem.show.panels import Panel, panels_figure
-from rail_fem.show.style import give_title
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MANY = 30  # passes, from which they are drawn as lines over their logarithm
 LEAST_ADDED = 1e-3  # [mm3], below which nothing is drawn: the steel is at rest
@@ -72,6 +73,9 @@ def after_passes(values: np.ndarray, count: int) -> float:
 
 def passes_figure(result: PassResult, name: str) -> Figure:
     """Forces, plastic strain and what each pass adds to it, against the number of the pass."""
+    from rail_fem.show.panels import Panel, panels_figure  # matplotlib, where something is drawn
+    from rail_fem.show.style import give_title
+
     number = np.arange(1, len(result.passes) + 1)
     log, look = ("x", "-") if len(number) > MANY else ("", "o-")
     of = lambda quantity: np.array([report.get(quantity, NAN) for report in result.passes])

@@ -141,6 +141,21 @@ print(*sorted({HEAVY!r} & {{name.partition(".")[0] for name in sys.modules}}), f
     assert answer.returncode == 0 and answer.stderr.split() == [], answer.stderr
 
 
+def test_check_does_not_import_what_draws(case):
+    code = """
+import sys
+from rail_fem.__main__ import main
+try:
+    main()
+except SystemExit as ended:
+    assert not ended.code
+print("matplotlib" in sys.modules, file=sys.stderr)
+"""
+    line = [sys.executable, "-c", code, "check", str(case), "--model", "rigid_hertz"]
+    answer = subprocess.run(line, cwd=ROOT, capture_output=True, text=True)
+    assert answer.returncode == 0 and answer.stderr.split()[-1] == "False", answer.stderr
+
+
 def test_the_terminal_shows_no_log_where_a_library_has_set_a_handler_for_all(tmp_path):
     """As ffcx does; the warnings stand in the report."""
     words = ["rail-fem", "run", "cases/nose_transfer.toml", "--model", "p2_formula", "--out", str(tmp_path / "run")]
