@@ -42,7 +42,7 @@ def study_report(title: str, settings: DamageSettings, found: dict[str, Any]) ->
         blocks += [f"## {name}", *_part(settings, found, own)]
     blocks += [*_fleet(settings, found), *_wheels(settings, found)]
     if "sensitivities" in found:
-        rows = [[name, f"{value:+.2f}", f"{error:.2f}"] for name, _, value, error in found["sensitivities"]]
+        rows = [[name, _ratio(value, "+.2f"), _ratio(error)] for name, _, value, error in found["sensitivities"]]
         ratios = ", ".join(f"{name} {_ratio(value)}" for name, value in found["wheel_ratios"].items())
         blocks += [
             "## What drives it",
@@ -377,8 +377,8 @@ def _subsurface(found: dict[str, float], settings: DamageSettings) -> str:
     )
 
 
-def _ratio(value: float | None) -> str:
-    return f"{value:.2f}" if value is not None and np.isfinite(value) else "none"
+def _ratio(value: float | None, form: str = ".2f") -> str:
+    return f"{value:{form}}" if value is not None and np.isfinite(value) else "none"
 
 
 def _range(values: list[float]) -> str:

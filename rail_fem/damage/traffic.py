@@ -8,8 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rail_fem.damage.wear import WearError
-
 HORIZON = 100.0  # years that a life is looked at
 EXTRAPOLATED = 3.0  # times the passes that were run, beyond which no years are told
 UNITS = ((1.0 / 365.25, 14, "days"), (7 / 365.25, 9, "weeks"), (1 / 12, 24, "months"), (1.0, np.inf, "years"))
@@ -31,10 +29,6 @@ INSPECTION: dict[str, tuple[float, float | None, float]] = {
     "6": (2.0, 2.0, 13.0),
 }
 WEEKS = 365.25 / 7  # in a year
-
-
-class TrafficError(WearError):
-    """Traffic that cannot be: what, how large, what to do."""
 
 
 def equivalent_tonnage(kinds: Iterable[tuple[str, float, float]]) -> float:
@@ -121,13 +115,11 @@ class Sensitivity:
 
 
 def elasticity(name: str, base: float, damage_at) -> Sensitivity:
-    """Of damage_at(parameter) > 0 at `base`, by central differences of 5 and 10 %."""
+    """Of damage_at(parameter) at `base`, by central differences of 5 and 10 %; NaN where there is none on a side."""
 
     def slope(h: float) -> float:
         low, high = damage_at(base * (1 - h)), damage_at(base * (1 + h))
-        if not (low > 0 and high > 0):
-            raise TrafficError(f"{name}: damage {low!r} and {high!r} on either side: an elasticity needs both above 0")
-        return float(np.log(high / low) / np.log((1 + h) / (1 - h)))
+        return float(np.log(high / low) / np.log((1 + h) / (1 - h))) if low > 0 and high > 0 else np.nan
 
     fine, coarse = slope(0.05), slope(0.1)
     return Sensitivity(name, fine, abs(fine - coarse), base)
