@@ -216,13 +216,15 @@ def wheel_panels(settings: DamageSettings, site: CrossingSite, state: Evolution)
     band over the laws."""
     depth = np.asarray(state.wheels).sum(axis=2) * (THOUSAND / (state.passes - state.began)) * UM
     y, lead = site.wheel_lines * MM, list(state.by_law).index(settings.law)
-    seen = np.flatnonzero((depth[:, lead] > LEAST * depth[:, lead].max()).any(axis=0))
+    least = LEAST * depth[:, lead].max()
+    seen = np.flatnonzero((depth[:, lead] > least).any(axis=0))
     worn = slice(seen[0], seen[-1] + 1)
-    y, depth = y[worn], np.where(depth[..., worn] > LEAST * depth[:, lead].max(), depth[..., worn], np.nan)
-    mean = np.tensordot([one.weight for one in site.passes], depth, 1)
+    y, depth, shown = y[worn], depth[..., worn], lambda values: np.where(values > least, values, np.nan)
+    mean = np.tensordot([one.weight for one in site.passes], depth, 1)  # of kinds that wear nothing there, too
     profiles = {one.scene.wheel.name: (y, one.scene.wheel.shape.height(y / MM) * MM) for one in site.passes}
-    each = {one.label: (y, own) for one, own in zip(site.passes, depth[:, lead], strict=True)}
-    band = {"band over the laws": (y, (mean.min(axis=0), mean.max(axis=0)), "band"), "leading law": (y, mean[lead])}
+    each = {one.label: (y, shown(own)) for one, own in zip(site.passes, depth[:, lead], strict=True)}
+    bounds = np.maximum(mean.min(axis=0), least), shown(mean.max(axis=0))
+    band = {"band over the laws": (y, bounds, "band"), "leading law": (y, shown(mean[lead]))}
     at = "y on the wheel from its tread datum [mm], + to the field side"
     return [
         Panel(at, "profile, z [mm]", profiles),

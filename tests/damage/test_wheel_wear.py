@@ -1,5 +1,6 @@
 """Wear of the wheel: volume around its circumference, where on the profile, hardness, and carried over the passes."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.damage.crossing import table_contacts
 from rail_fem.damage.crossing_site import dynamics
 from rail_fem.damage.evolution import Stepping, begin, evolve
+from rail_fem.damage.figures import wheel_panels
 from rail_fem.damage.report import study_report
 from rail_fem.damage.sites import crossing_site, patch_options, tonnage_of
 from rail_fem.damage.summary import summary
@@ -102,3 +104,15 @@ def test_a_page_tells_the_wheels_of_a_thousand_passes_since_the_last_welding(mad
         found = summary(case.damage, end, rate, rate) | {"tonnage": tonnage_of(case.scene, case.damage)}
         tables.append(study_report("", case.damage, found).partition("## Wheels")[2].partition("## ")[0])
     assert "P8-worn" in tables[0] and tables[0] == tables[1]
+
+
+def test_the_mean_of_the_traffic_is_drawn_wherever_one_of_its_wheels_wears(made):
+    """Of two kinds, a quarter and three quarters, the second wears nothing on the flange's side, where the first wears
+    most: there a quarter of that."""
+    case, site, rate = made
+    *_, end = evolve(site, 10, Stepping(block=10))
+    (one,), other = site.passes, end.wheels * (site.wheel_lines > 0)
+    two = replace(site, passes=(replace(one, weight=0.25), replace(one, weight=0.75, shift=1e-3)))
+    _, each, mean = wheel_panels(case.damage, two, replace(end, wheels=np.concatenate([end.wheels, other])))
+    deepest = np.nanmax(next(iter(each.lines.values()))[1])
+    assert np.nanmax(mean.lines["leading law"][1]) == pytest.approx(0.25 * deepest, rel=1e-12)
