@@ -80,15 +80,6 @@ def test_the_bar_is_saved_told_and_counted(ran):
     )
 
 
-def test_a_wide_bar_does_not_tell_more_of_the_nose_than_of_the_wheel(ran):
-    """226.6 kN of both, form +- 96 and 104 kN: two digits beside the wider bar would be 230."""
-    peak = Peak(226.6e3, "N", x=0.57)
-    form = {"one": {"largest_force": 96e3, "largest_force_nose": 104e3}}
-    result = replace(load(ran[0]), form=form, peaks={"largest_force": peak, "largest_force_nose": peak})
-    told = {one.name: one.value for one in headlines(result)}
-    assert told["largest_force"] == told["largest_force_nose"] == "227 kN"
-
-
 def test_what_has_not_flowed_has_no_place(ran):
     unyielded, flowed = Peak(0.0, "", x=0.3, size=1e-3), Peak(0.05, "", x=0.3, size=1e-3)
     result = replace(load(ran[0]), peaks={"plastic_strain_nose": unyielded, "plastic_strain_wing": flowed})
