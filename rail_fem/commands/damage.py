@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from rail_fem.commands.ending import stop
+from rail_fem.commands.ending import stop, stop_run
 from rail_fem.commands.options import PoolOption, SetOption, loaded_case
 
 
@@ -26,6 +26,9 @@ def damage(
 
     try:
         count = None if passes is None else passes_of(passes)
-        run_study(loaded_case(case, settings), count, out, restart, overwrite, typer.echo, Workers(workers, pool))
+        workers_of = Workers(workers, pool)
+        ended = run_study(loaded_case(case, settings), count, out, restart, overwrite, typer.echo, workers_of)
     except (ValueError, OSError, Lost) as error:
         stop(f"{case}: {error}")
+    if ended:
+        stop_run(f"{case}: {ended}")

@@ -26,6 +26,7 @@ from rail_fem.damage.report import study_report
 from rail_fem.damage.sites import crossing_site, stepping_of, switch_section, tonnage_of
 from rail_fem.damage.study_state import read_state, state_arrays, write_state
 from rail_fem.damage.summary import summary
+from rail_fem.damage.worn_profile import WornOutError
 from rail_fem.files.atomic import write_atomically, write_text_atomically
 from rail_fem.files.strict_json import dumps
 from rail_fem.processes.pool import Pool, Workers
@@ -95,8 +96,9 @@ def run_study(
     overwrite: bool,
     say: Callable[[str], None],
     workers: Workers = Workers(),
-) -> None:
-    """Do the study of a case in `folder`. Errors: StudyError, RunFolderError, WearError, OSError."""
+) -> str:
+    """Do the study of a case in `folder`; returns what ended it before its last pass, told with all that had worn by
+    then, or "". Errors: StudyError, RunFolderError, WearError, OSError, WornOutError in the first block."""
     if case.damage is None:
         raise StudyError('has no table [damage]; write one, e.g.\n[damage]\nhardness = "2.8 GPa"')
     settings = case.damage if passes is None else case.damage.replace(passes=passes)
@@ -108,10 +110,11 @@ def run_study(
         case.scene.keep_files(folder)
         if goes_on and (folder / REPORT).is_file():
             say(f"{folder}: finished already; --overwrite begins again")
-            return
+            return ""
         with PassProgress(folder, title=case.title) as progress:
-            _study(case, settings, folder, goes_on, digest(mark), progress, say, workers)
+            ended = _study(case, settings, folder, goes_on, digest(mark), progress, say, workers)
     say((folder / REPORT).read_text(encoding="utf-8"))
+    return ended
 
 
 def explicit_stops(case: Case, settings: DamageSettings, folder: Path, identity: str) -> ExplicitStops | None:
@@ -123,8 +126,9 @@ def explicit_stops(case: Case, settings: DamageSettings, folder: Path, identity:
     )
 
 
-def _wear(settings, site, explicit, folder, goes_on, identity, progress, say) -> tuple[Evolution, Any]:
-    """Through all passes, a restart file after each block; and the site as it has flowed by then."""
+def _wear(settings, site, explicit, folder, goes_on, identity, progress, say) -> tuple[Evolution, Any, str]:
+    """Through all passes, a restart file after each block; the site as it has flowed by then; and what ended it before
+    its last pass, "" where nothing did. Errors: WornOutError in the first block."""
     path = folder / STATE
     state = read_state(path, identity, site) if goes_on and path.is_file() else begin(site)
     if state.passes:
@@ -135,14 +139,20 @@ def _wear(settings, site, explicit, folder, goes_on, identity, progress, say) ->
             continue
         if explicit and stop:  # the first has been, on the casting
             site = explicit.flowed(stop, site, state.worn, say)
-        for reached in evolve(site, end, stepping_of(settings), state):
-            state, blocks = reached, blocks + 1
-            write_state(path, state, identity)
-            progress.update(blocks, state.passes, settings.passes)
-    return state, site
+        try:
+            for reached in evolve(site, end, stepping_of(settings), state):
+                state, blocks = reached, blocks + 1
+                write_state(path, state, identity)
+                progress.update(blocks, state.passes, settings.passes)
+        except WornOutError as error:
+            if not state.passes:
+                raise
+            return state, site, str(error)
+    return state, site, ""
 
 
-def _study(case, settings, folder, goes_on, identity, progress, say, workers: Workers) -> None:
+def _study(case, settings, folder, goes_on, identity, progress, say, workers: Workers) -> str:
+    """What ended it before its last pass; "": nothing."""
     run, flow, flow_before = case.runs.get("rigid_hertz"), flow_file(case, settings), None
     crossing = settings.site == "crossing"
     with ExitStack() as stack:
@@ -154,10 +164,10 @@ def _study(case, settings, folder, goes_on, identity, progress, say, workers: Wo
         if explicit := explicit_stops(case, settings, folder, identity):
             site = explicit.flowed(0, site, site.first(), say)
         before = site.afresh().rate(site.first())
-        state, site = _wear(settings, site, explicit, folder, goes_on, identity, progress, say)
+        state, site, ended = _wear(settings, site, explicit, folder, goes_on, identity, progress, say)
         site.start_from(state.starts)
         after = site.rate(state.worn)
-    found = summary(settings, state, before, after) | {"flow_before": flow_before}
+    found = summary(settings, state, before, after) | {"flow_before": flow_before, "ended": ended}
     if explicit:
         found["explicit"] = explicit.rows(site)
     found["tonnage"] = tonnage_of(case.scene, settings)
@@ -175,6 +185,7 @@ def _study(case, settings, folder, goes_on, identity, progress, say, workers: Wo
     write_text_atomically(folder / RESULT, dumps(found) + "\n")
     study_figures(folder / "figures", in_lines(case.title), settings, site, state, before, after)
     write_text_atomically(folder / REPORT, study_report(case.title, settings, found))
+    return ended
 
 
 def passes_of(text: str) -> float:

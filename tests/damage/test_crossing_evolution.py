@@ -244,6 +244,18 @@ def test_a_killed_study_of_a_crossing_goes_on_where_it_was(tmp_path, monkeypatch
     assert answer.exit_code == 2 and "no damage.json" in answer.output
 
 
+def test_a_study_that_wears_to_its_limit_tells_what_had_worn_by_then(tmp_path, monkeypatch):
+    monkeypatch.setattr(study, "study_figures", lambda *arguments: [])
+    answer = call(
+        small_case(tmp_path), "--passes", "100", "--set", "damage.depth_limit=0.035 mm", "--out", tmp_path / "out"
+    )
+    assert (
+        answer.exit_code == 1 and "worn 0.05 mm deep after 100 passes, the limit is" in answer.output.splitlines()[-1]
+    ), answer.output
+    found = json.loads((tmp_path / "out" / "damage.json").read_text())
+    assert found["passes"] == 50 and "Ended before its 100 passes" in (tmp_path / "out" / "report.md").read_text()
+
+
 def test_a_state_of_another_definition_is_refused_in_a_sentence(tmp_path, monkeypatch):
     """A study begun when a cell had the k of its centre is not gone on with."""
     path, out = small_case(tmp_path), tmp_path / "out"
