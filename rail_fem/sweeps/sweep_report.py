@@ -66,7 +66,8 @@ def results_below(
         else:
             results.setdefault(path.parent.parent.name, {})[result.model] = result
     if not results:
-        why = "; ".join(unusable) or f"run 'rail-fem sweep CASE... --out {folder}' first"
+        more = f"; and {len(unusable) - 1} more" if len(unusable) > 1 else ""
+        why = unusable[0] + more if unusable else f"run 'rail-fem sweep CASE... --out {folder}' first"
         raise FileNotFoundError(f"{folder}: no results in CASE/MODEL below it that can be used: {why}")
     return results, unusable
 
