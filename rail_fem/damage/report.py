@@ -31,7 +31,7 @@ def study_report(title: str, settings: DamageSettings, found: dict[str, Any]) ->
     )
     blocks: list[str | Sequence[str]] = [
         f"# {title}",
-        *([f"**Ended before its {settings.passes:,.0f} passes: {found['ended']}**"] if found["ended"] else []),
+        *([f"**Ended before its {settings.passes:,.0f} passes: {found['ended']}**"] if "ended" in found else []),
         f"{found['passes']:,.0f} wheel passes of {found['kinds']} kind(s); the shape changes by {law}, forces and"
         f" patches are found anew on the changed shape {found['blocks']} times; calibration factor"
         f" {settings.factor:g} on all laws.{_resets(found)}",

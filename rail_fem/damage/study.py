@@ -167,7 +167,9 @@ def _study(case, settings, folder, goes_on, identity, progress, say, workers: Wo
         state, site, ended = _wear(settings, site, explicit, folder, goes_on, identity, progress, say)
         site.start_from(state.starts)
         after = site.rate(state.worn)
-    found = summary(settings, state, before, after) | {"flow_before": flow_before, "ended": ended}
+    found = summary(settings, state, before, after) | {"flow_before": flow_before}
+    if ended:
+        found["ended"] = ended
     if explicit:
         found["explicit"] = explicit.rows(site)
     found["tonnage"] = tonnage_of(case.scene, settings)
