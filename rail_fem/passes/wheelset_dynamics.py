@@ -22,7 +22,7 @@ import numpy as np
 
 from geometry.hermite import cubic_between
 from kernel_cache import njit
-from rail_fem.contact.contact_law import contact_energy, contact_force, first_dents, follow, lagging
+from rail_fem.contact.contact_law import contact_energy, contact_force, first_dents, follow, lagging, put
 from rail_fem.passes.vertical_dynamics import PassMotion, begun
 
 SPRUNG_LEFT, SPRUNG_RIGHT, HEIGHT, ROLL, LATERAL, YAW, TRACK_LEFT, TRACK_RIGHT = range(8)
@@ -314,7 +314,8 @@ def _march(system, contacts, q, v, step):
         after = _energy(at, t + 1, contacts, dent[:, i + 1], rolling, clearance, check)
         motion.path_work[i] = after - _energy(at, t - 1, contacts, dent[:, i], rolling, clearance, check)
         motion.loss[i], friction[i] = step * (middle @ (damper @ middle)), -step * (middle @ creep_load)
-        motion.force[:, i] = now
+        put(motion.force[:, i], now)
         q, v = q + step * middle, 2 * middle - v
-        motion.position[i + 1], motion.velocity[i + 1] = q, v
+        put(motion.position[i + 1], q)
+        put(motion.velocity[i + 1], v)
     return motion, -1
