@@ -26,8 +26,9 @@ def damage(
 
     try:
         count = None if passes is None else passes_of(passes)
-        workers_of = Workers(workers, pool)
-        ended = run_study(loaded_case(case, settings), count, out, restart, overwrite, typer.echo, workers_of)
+        ended = run_study(
+            loaded_case(case, settings), count, out, restart, overwrite, typer.echo, Workers(workers, pool)
+        )
     except (ValueError, OSError, Lost) as error:
         stop(f"{case}: {error}")
     if ended:

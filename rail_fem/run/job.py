@@ -148,11 +148,12 @@ def _draw(folder: Path, say: Callable[[str], None], missing_only: bool = False) 
             f" {folder}' draws again"
         )
         return
-    if launcher.on_root(lambda: (folder / "fields").is_dir()):
-        launcher.on_root(lambda: _write_page(folder, say))
+    launcher.on_root(lambda: _write_page(folder, say))
 
 
 def _write_page(folder: Path, say: Callable[[str], None]) -> None:
+    if not (folder / "fields").is_dir():
+        return
     from rail_fem.show.page import PAGE, write_page  # with the explicit models alone
 
     try:
