@@ -29,6 +29,10 @@ class RunFolderError(ValueError):
     """A folder that this run must not write into; the message says what to do."""
 
 
+class FolderHeld(RunFolderError):
+    """Another process runs there."""
+
+
 def fingerprint(model: str, scene: Scene, settings: Frozen) -> dict[str, Any]:
     """What must agree for a restart: model, scene and numerics as plain values, less what may change between two
     starts."""
@@ -45,8 +49,8 @@ def digest(mark: Mapping[str, Any]) -> str:
 
 @contextlib.contextmanager
 def held(folder: Path) -> Iterator[None]:
-    """The folder is this process's alone, and made if need be. Root only under MPI. Errors: RunFolderError, naming who
-    else runs there."""
+    """The folder is this process's alone, and made if need be. Root only under MPI. Errors: RunFolderError, FolderHeld
+    naming who else runs there."""
     folder = Path(folder)
     _entries(folder)
     try:
@@ -56,7 +60,7 @@ def held(folder: Path) -> Iterator[None]:
             f"--out {folder}: {error.strerror or error}, choose a folder that can be written"
         ) from error
     if owner is not None:
-        raise RunFolderError(f"--out {folder}: {owned(folder, owner, 'wait until it ends, or choose another folder')}")
+        raise FolderHeld(f"--out {folder}: {owned(folder, owner, 'wait until it ends, or choose another folder')}")
 
     def leave() -> str:
         lock.release(folder)

@@ -31,13 +31,14 @@ from rail_fem.processes.pool import PROCESSES, Lost, Workers, each
 from rail_fem.processes.progress import duration
 from rail_fem.processes.stopping import end_with_parent
 from rail_fem.result.result import PassResult, load
-from rail_fem.result.runfolder import MARK, differences, digest, fingerprint, only_profile_differs, owned
+from rail_fem.result.runfolder import MARK, FolderHeld, differences, digest, fingerprint, only_profile_differs, owned
 from rail_fem.run.job import JobError, run_case
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.settings.light import unfit_parts
 from rail_fem.sweeps.trends import CaseChanges
 
 FINISHED, FAILED, SKIPPED, ELSEWHERE = "finished", "FAILED", "finished before", "left to another sweep"
+LATER = "started again, this sweep tells its result"
 BY_A_SIGNAL = 128  # exit codes above it, and negative ones
 
 
@@ -187,12 +188,16 @@ def run_job(job: Job, ranks: int, tries: int = 1) -> Outcome:
         if not anew and is_finished(job):
             return Outcome(job, SKIPPED)
         if other := lock.owner(job.folder):
-            return Outcome(job, ELSEWHERE, owned(job.folder, other, "started again, this sweep tells its result"))
+            return Outcome(job, ELSEWHERE, owned(job.folder, other, LATER))
         if MODELS[job.model].parallel:
             failure = _under_mpirun(job, ranks, anew, tries)
+            if failure and (other := lock.owner(job.folder)):  # it came first, while the ranks started
+                return Outcome(job, ELSEWHERE, owned(job.folder, other, LATER))
         else:
             failure = run_case(job.case, job.model, job.folder, not anew, anew, lambda text: None, False)
     except (JobError, ValueError, ArithmeticError, OSError) as error:
+        if isinstance(error.__cause__, FolderHeld):  # since it was looked at
+            return Outcome(job, ELSEWHERE, f"{error}; {LATER}")
         anew, failure = False, f"{type(error).__name__}: {error}" if not isinstance(error, JobError) else str(error)
     return Outcome(
         job,

@@ -9,6 +9,8 @@ import signal
 import subprocess
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +29,7 @@ from rail_fem.result.result import PassResult, load
 from rail_fem.result.runfolder import held
 from rail_fem.sweeps.array import table_so_far
 from rail_fem.sweeps.compare import compare
-from rail_fem.sweeps.sweep import at_a_time, jobs_of
+from rail_fem.sweeps.sweep import ELSEWHERE, FINISHED, SKIPPED, at_a_time, jobs_of, run_job
 from rail_fem.sweeps.sweep_page import trust_lines
 from rail_fem.sweeps.sweep_report import force_table
 
@@ -87,6 +89,21 @@ def test_what_another_sweep_is_running_is_left_to_it(cases, tmp_path):
     assert found.exit_code == 0 and f"good lumped: left to another sweep in 0.0 s: process {os.getpid()} on" in words
     assert "0 run(s) failed, 1 left to another sweep" in words and load(out / "good" / "p2_formula").peaks
     assert "good lumped: finished in" in sweep(cases[-1], "--out", out).output
+
+
+def test_of_two_sweeps_that_begin_a_run_at_once_none_tells_of_a_failure(cases, tmp_path):
+    """Both have seen a free folder; one gets it."""
+    jobs = jobs_of([load_case(cases[-1]).by("p2_formula")] * 40, tmp_path / "out", ["p2_formula"])
+    jobs = [replace(job, folder=job.folder.with_name(str(number))) for number, job in enumerate(jobs)]
+    together = threading.Barrier(2)
+
+    def begin(job):
+        together.wait()
+        return run_job(job, 1)
+
+    with ThreadPoolExecutor(2) as both:
+        found = [outcome for job in jobs for outcome in both.map(begin, [job, job])]
+    assert {outcome.state for outcome in found} <= {FINISHED, SKIPPED, ELSEWHERE}, {one.reason for one in found}
 
 
 def test_a_job_array_has_a_task_for_each_case_and_its_tasks_do_the_sweep(cases, tmp_path):
