@@ -49,7 +49,7 @@ class App:
 
     def __init__(self, case: Path, out: Path, ranks: int):
         self.case, self.out, self.ranks = load_case(case), out, ranks
-        self._one = threading.Lock()  # a pass at a time: the next one finds what this one has searched
+        self._one = threading.Lock()  # a pass, or a start, at a time: the next one finds what this one has searched
         self._workers: Executor | None = None
         self._run: tuple[Job, Future[Outcome]] | None = None
         self.page = self._page()
@@ -90,12 +90,14 @@ class App:
         model = table.get("model")
         if not isinstance(model, str) or model not in MODELS:
             raise ValueError(f"{typed(model)} is no model: choose among {', '.join(MODELS)}")
-        if self._run is not None and not self._run[1].done():
-            raise ValueError(f"{self._run[0].folder} is running: one run at a time, wait until it has ended")
-        case = changed(self.case, table.get("values")).by(model)
-        job = Job(case, model, self.out / case.name / model)
-        self._workers = self._workers or executor(1, home=run_job.__module__)
-        self._run = job, self._workers.submit(run_job, job, self.ranks)
+        with self._one:
+            if self._run is not None and not self._run[1].done():
+                raise ValueError(f"{self._run[0].folder} is running: one run at a time, wait until it has ended")
+            case = changed(self.case, table.get("values")).by(model)
+            job = Job(case, model, self.out / case.name / model)
+            self.close()  # a process that was ended from outside leaves workers of no use
+            self._workers = executor(1, home=run_job.__module__)
+            self._run = job, self._workers.submit(run_job, job, self.ranks)
         return self.progress()
 
     def progress(self) -> dict[str, Any]:
@@ -152,7 +154,10 @@ class Handler(BaseHTTPRequestHandler):
         allowed = secrets.compare_digest(token.encode(), self.server.token.encode()) and slash
         if not allowed or self.headers.get("Host") not in hosts:
             return self._send(403, "text/plain", b"open the address that rail-fem app has printed\n")
-        body = known[name]() if name in known else None
+        try:
+            body = known[name]() if name in known else None
+        except (OSError, ValueError) as error:
+            return self._send(500, "text/plain; charset=utf-8", f"{error}\n".encode())
         if body is None:
             return self._send(404, "text/plain", b"nothing here\n")
         self._send(200, kind, body)

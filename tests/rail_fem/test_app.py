@@ -3,6 +3,7 @@ page is answered."""
 
 import http.client
 import json
+import shutil
 import threading
 import time
 
@@ -189,6 +190,28 @@ def test_a_run_is_started_as_a_sweep_would_and_its_page_is_shown(case, tmp_path)
         assert result.scene.speed == pytest.approx(60 * 0.44704)
         assert b"p2_formula" in app.page_of_run()
     finally:
+        app.close()
+
+
+def test_a_run_that_was_killed_or_removed_keeps_nobody_from_the_next(case, tmp_path):
+    app = app_server.App(case, tmp_path / "runs", 1)
+    with app_server.Server(app) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        app.start({"model": "p2_formula", "values": {}})
+        for worker in app._workers._processes.values():
+            worker.kill()
+        while (told := app.progress())["running"]:
+            time.sleep(0.05)
+        assert "FAILED: BrokenProcessPool" in told["words"]
+        begun = json.loads(ask(server, f"/{server.token}/start", {"model": "p2_formula", "values": {}})[2])
+        while begun["running"]:
+            time.sleep(0.05)
+            begun = app.progress()
+        assert begun["page"]
+        shutil.rmtree(tmp_path / "runs")
+        status, _, words = ask(server, f"/{server.token}/page")
+        assert status == 500 and b"no result.json there" in words
+        server.shutdown()
         app.close()
 
 
