@@ -114,7 +114,7 @@ def _settled(system: WheelsetSystem, contacts: WheelsetContacts, position: np.nd
         if min(found.contact[contacts.side == side].sum() for side in (1.0, -1.0)) <= 0:
             raise ValueError(
                 f"the wheelset overturns: at y = {position[LATERAL] * 1e3:.2f} mm one of its wheels carries nothing:"
-                " give less lateral_force"
+                " give less lateral_force or another check_rail"
             )
         change = np.linalg.solve(found.stiffness[np.ix_(k, k)], found.load[k])
         largest = np.abs(change).max()

@@ -187,8 +187,8 @@ def check_stop(scene: Scene, settings: RigidHertzSettings) -> tuple[float, float
 
 
 def datum_arm(scene: Scene) -> float:
-    """From the middle of the axle to each tread datum [m]."""
-    return scene.wheel_datum_y - track_middle(scene)
+    """From the middle of the axle to each tread datum [m], wherever across the track the wheelset stands."""
+    return centred(scene).wheel_datum_y - track_middle(scene)
 
 
 def track_middle(scene: Scene) -> float:
@@ -198,6 +198,7 @@ def track_middle(scene: Scene) -> float:
 
 def wheelset_contacts(scene: Scene, law: ContactLaw, surfaces: Surfaces, x: np.ndarray) -> WheelsetContacts:
     """Wing, nose and stock rail at wheel positions x (t,)."""
+    scene = centred(scene)  # of which the surfaces are
     middle, centre = len(surfaces.shift) // 2, track_middle(scene)
     table = surfaces.over[middle]
     heights = np.stack([t.height_at(x) for t in surfaces.over], axis=-1) + surfaces.level

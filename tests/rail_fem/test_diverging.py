@@ -11,7 +11,10 @@ from rail_fem.hierarchy import solve
 from rail_fem.models import rigid_hertz
 from rail_fem.passes.lateral_equilibrium import lateral_equilibrium
 from rail_fem.passes.lateral_start import lateral_start
+from rail_fem.passes.plastic_indentation import contacts_of
+from rail_fem.passes.vertical_pass import half_steps
 from rail_fem.passes.wheelset_dynamics import HEIGHT, LATERAL, ROLL, YAW, for_kernels, static_forces
+from rail_fem.passes.wheelset_pass import datum_arm, surfaces_of, wheelset_contacts
 from rail_fem.scene.scene import GRAVITY
 from tests.rail_fem.test_wheelset_dynamics import ARM, CONE, LOAD, RADIUS, cones
 
@@ -125,6 +128,20 @@ def test_a_pass_held_by_the_check_rail_begins_in_equilibrium():
     np.testing.assert_allclose(check[first], check[0], rtol=1e-2)
     there = rigid_hertz.solve(scene(**route, lateral=float(across[0])), SHORT)
     np.testing.assert_allclose(there.history["force_check"], check, rtol=1e-4)  # the row is half a step behind
+
+
+@pytest.mark.parametrize("aside", ["-0.6 mm", "0.6 mm"])
+def test_a_given_lateral_position_moves_the_wheelset_not_its_wheels_on_the_axle(aside):
+    """Arms and rolling radii are those of the centred one; with the shift in them again, a wheel that the wing has let
+    go had none, and a pass from y < 0 ended in NaN."""
+    over_the_nose = SHORT.replace(start="540 mm", end="560 mm", path_spacing="10 mm")
+    held, free = scene(lateral=aside), scene()
+    surfaces = surfaces_of(free, over_the_nose)
+    law, (_, x) = contacts_of(free, over_the_nose, surfaces.centred), half_steps(free, over_the_nose, None)
+    for one, other in zip(*(wheelset_contacts(s, law(x), surfaces, x) for s in (held, free)), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert datum_arm(held) == datum_arm(free)
+    assert np.isfinite(rigid_hertz.solve(held, over_the_nose).history["force"]).all()
 
 
 def test_without_a_check_rail_nothing_holds_the_wheelset_on_the_wing():
