@@ -26,7 +26,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-VERDICTS = ("elastic", "elastic shakedown", "plastic shakedown", "ratchetting")
+VERDICTS = ("elastic", "elastic shakedown", "plastic shakedown", "ratchetting", "not told by so few cycles")
+LEAST_CYCLES = 4  # that flow, for a verdict: what stays of the first is no measure of the others
 LEAST_FLOW = 1e-7  # plastic strain of a cycle below which a body has come to rest
 CELL_ERROR = 0.005  # over the flow, of what cells of a half-space leave of a cycle that closes; found 0.002
 _STILL = 1e-13  # growth in a cycle that is round-off
@@ -42,10 +43,13 @@ def verdict(flow: np.ndarray, stays: np.ndarray, least: float = LEAST_FLOW, erro
     equivalent plastic strain that each leaves there when it has closed;  error : of that, over the flow
     At rest where the last flows by at most `least`. Else it ratchets where what stays is above `least` and the error,
     and has not fallen to half of what it was half as many cycles ago: what falls no faster than 1 / n has no finite
-    sum, whatever flows to and fro beside it; what a closing cycle leaves falls geometrically.
+    sum, whatever flows to and fro beside it; what a closing cycle leaves falls geometrically. Fewer than LEAST_CYCLES
+    that flow tell neither.
     """
     if flow[-1] <= least:
         return VERDICTS[1] if np.sum(flow) > least else VERDICTS[0]
+    if len(flow) < LEAST_CYCLES:
+        return VERDICTS[4]
     return VERDICTS[3 if stays[-1] > max(least, error * flow[-1], _half(stays)) else 2]
 
 
@@ -54,6 +58,9 @@ def verdict_words(flow: np.ndarray, stays: np.ndarray, least: float = LEAST_FLOW
     word, many, known = verdict(flow, stays, least, error), 10_000, max(least, error * flow[-1])
     if flow[-1] <= least:
         return f"{word} (a cycle flows at most {least:g})"
+    if word == VERDICTS[4]:
+        last = f"{stays[-1]:.2g} of plastic strain stays of the last, {flow[-1]:.2g} flows"
+        return f"shakedown or ratchetting is {word} ({last})"
     grows = f"{stays[-1]:.2g} of plastic strain stays a cycle, {many * stays[-1]:.2g} in {many:,} at that rate"
     if word == VERDICTS[2]:
         grows += ", and it falls away" if stays[-1] <= _half(stays) else f": below {known:.1g} it is not told from none"

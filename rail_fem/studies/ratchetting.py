@@ -92,7 +92,9 @@ def main(
     over = lambda found: {name: (np.arange(1, len(y) + 1), y) for name, y in found.items()}
     p, t = (grid.ravel() for grid in np.meshgrid(pressures, tractions))
     names = [*VERDICTS, "no equilibrium"]
-    said = {name: (t[found.ravel() == k], p[found.ravel() == k], "osD^v"[k]) for k, name in enumerate(names)}
+    there = [(k, name, found.ravel() == k) for k, name in enumerate(names) if (found == k).any()]
+    room = {"_": ([0.0], [1.3 * pressures[-1]], "")}  # for the legend
+    said = {name: (t[here], p[here], "osD^ v"[k]) for k, name, here in there} | room
     drawn = [
         Panel("cycle", f"axial strain at {high} MPa [1]", over(uniaxial), f"uniaxial, {low} to {high} MPa"),
         Panel("pass", "shear strain added by a pass", over(rolling), "rolling, p0 = 4.6 k, traction 0.1 of it", "xy"),

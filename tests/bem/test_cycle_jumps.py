@@ -103,11 +103,16 @@ def test_what_stays_of_a_cycle_ratchets_where_it_has_no_finite_sum():
         verdict(flow, 2e-5 + 0 * n, error=0.005) == VERDICTS[2]
         and verdict(flow, 9e-5 + 0 * n, error=0.005) == VERDICTS[3]
     )
-    assert verdict(flow[:1], np.array([5e-3])) == VERDICTS[3]
+    # beside the first cycle's all that stays is small: one alone was called ratchetting, two and three a shakedown
+    for stays in ([5e-3], [5e-3, 2e-5], [5e-3, 2e-5, 2e-5]):
+        assert verdict(flow[: len(stays)], np.array(stays)) == VERDICTS[4]
+        assert "not told by so few" in verdict_words(flow[: len(stays)], np.array(stays))
+    assert verdict(flow[:4], np.array([5e-3, 2e-5, 2e-5, 2e-5])) == VERDICTS[3]
     assert verdict(0 * n, 0 * n) == VERDICTS[0] and verdict(np.array([1e-3, 1e-8]), np.array([1e-3, 0])) == VERDICTS[1]
     words = verdict_words(flow, 2.7e-5 + 0 * n)
     assert words.startswith("ratchetting") and "2.7e-05" in words and "0.27 in 10,000" in words
     assert "at most 1e-07" in verdict_words(0 * n, 0 * n)
+    assert "in 10,000 at that rate, and it falls away" in verdict_words(flow, 1e-3 * 0.9**n)
 
 
 def test_bad_numbers_are_refused():
