@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from bem.checks import point_text
+from bem.exact.subsurface import von_mises
 from bem.plane_plastic.increment import Increment, solve_increment
 from bem.plane_plastic.section import PlasticSection, flat
 from bem.plastic.increment import NoEquilibriumError
@@ -106,6 +108,17 @@ def accepted(section: PlasticSection, found: Increment, load: float) -> Step:
     peeq = section.state.peeq[:, 0, 0].copy()
     warnings = nearly_incompressible(section.elastic)
     return Step(load, found.residuals, len(section.active), flowing, peeq, warnings)
+
+
+def unseen(section: PlasticSection, stress: np.ndarray) -> tuple[str, ...]:
+    """A warning where nothing has yielded but cells (m,) at their end are loaded most, by stress (m, 4) as below."""
+    worst = int(np.argmax(von_mises(np.insert(stress, [3, 3], 0.0, axis=1))))
+    if section.state.peeq.any() or not (section.rim[worst] and stress.any()):
+        return ()
+    return (
+        f"von Mises stress is largest at the end of the cells, near {point_text(section.cells.centers[worst])} m: steel"
+        " behind it may yield and is not looked at; give cells over a larger region, or smaller ones",
+    )
 
 
 def section_stress(section: PlasticSection, density: np.ndarray, loads: tuple = ()) -> np.ndarray:

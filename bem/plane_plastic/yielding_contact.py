@@ -31,7 +31,7 @@ from bem.plane.point_load import PointLoad
 from bem.plane_plastic.cells import CellError, cells_below
 from bem.plane_plastic.increment import Increment, Tangent
 from bem.plane_plastic.influence import OF_STRAIN, strain_of_stress
-from bem.plane_plastic.loading import Step, accepted, reach, section_stress
+from bem.plane_plastic.loading import Step, accepted, reach, section_stress, unseen
 from bem.plane_plastic.section import PlasticSection
 from bem.plastic.increment import NoEquilibriumError
 from bem.steel.hardening import YieldLaw
@@ -149,7 +149,9 @@ class PlasticContact:
             load(done.plastic, False)
             step = accepted(self.section, done, share)
             self.control, self.slip, self.state = between(share), load.last.slip, load.last.state
-            self.steps.append(ContactStep(load.last, step, section_stress(self.section, load.density, load.loads)))
+            stress = section_stress(self.section, load.density, load.loads)
+            step.warnings += unseen(self.section, stress)
+            self.steps.append(ContactStep(load.last, step, stress))
 
         def describe(share: float) -> str:
             here = between(share)

@@ -15,11 +15,14 @@ YIELD = 1e9  # the blocks' elastic peak under LOAD is 2.1 of it, first yield 1.7
 LOAD = 10e6
 
 
-def press(load: float, friction: float = 0.0, hardening: Hardening = Hardening.linear(YIELD), yields: str = "fixed"):
+WHOLE = Region(6e-3, 9e-3, 0.75e-3)
+
+
+def press(load: float, friction=0.0, hardening=Hardening.linear(YIELD), yields="fixed", region=WHOLE):
     fixed, moving = non_conformal()
     greatest = Control.of(force=(None, -load))
     settings = Settings(size=0.375e-3, coarse=0.15)
-    return PlasticContact(fixed, moving, greatest, hardening, Region(6e-3, 9e-3, 0.75e-3), friction, settings, yields)
+    return PlasticContact(fixed, moving, greatest, hardening, region, friction, settings, yields)
 
 
 def down(load: float) -> Control:
@@ -101,6 +104,14 @@ def test_the_moving_body_may_yield_instead_and_friction_is_kept():
     assert step.step.peeq.max() > 0
     state = step.contact
     assert (np.abs(state.shear) <= 0.3 * state.pressure * (1 + 1e-9) + 1e-3).all()
+
+
+def test_cells_that_end_above_where_steel_yields_say_so(loaded):
+    """0.78 half-widths below a line contact; shallower cells, or one alone, stay elastic."""
+    assert loaded.steps[0].step.warnings == loaded.steps[1].step.warnings == ()
+    for region in (Region(6e-3, 0.6e-3, 0.3e-3), Region(9e-3, 9e-3, 90e-3)):
+        step = press(LOAD, region=region).go_to(down(LOAD)).step
+        assert not step.peeq.any() and "larger region" in step.warnings[0]
 
 
 def test_bad_cells_are_refused_in_words():
