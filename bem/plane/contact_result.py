@@ -139,7 +139,7 @@ def trust_warnings(result: ContactResult) -> list[str]:
     """What a reader should know before using the last step."""
     notes, last = [], result.last
     if not (last.pressure > 0).any():
-        notes.append(f"the bodies do not touch: smallest gap {last.gap.min():.4g} m")
+        notes.append(f"the bodies do not touch: smallest gap at {len(last.gap)} nodes {last.gap.min():.4g} m")
     for patch in result.patches():
         if len(patch.nodes) < 6:
             notes.append(

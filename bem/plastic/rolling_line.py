@@ -129,10 +129,13 @@ def rolling_line_contact(
     depth = np.atleast_1d(np.asarray(depth, float))
     if not (half_width > 0 and np.isfinite(max_pressure) and max_pressure >= 0 and np.isfinite(traction_ratio)):
         raise ValueError(
-            f"half-width {half_width!r} m, pressure {max_pressure!r} Pa, traction ratio {traction_ratio!r}"
+            f"half-width {half_width!r} m, pressure {max_pressure!r} Pa, traction ratio {traction_ratio!r}: give finite"
+            " numbers, the first above 0, the second not below"
         )
-    if passes < 1 or steps < 20 or (depth < 0).any():
-        raise ValueError(f"{passes} passes of {steps} steps, least depth {depth.min():g} m: at least 1, 20 and 0")
+    if not (float(passes).is_integer() and passes >= 1 and float(steps).is_integer() and steps >= 20):
+        raise ValueError(f"{passes} passes of {steps} steps: give whole numbers, at least 1 and 20")
+    if depth.ndim > 1 or not depth.size or not (np.isfinite(depth) & (depth >= 0)).all():
+        raise ValueError(f"depth = {depth} m: give one or more (d,), finite, >= 0")
     x = half_width * REACH * np.sinh(2 * np.linspace(1, -1, steps)) / np.sinh(2)  # from ahead of the point to behind it
     young = 9 * law.bulk * law.shear / (3 * law.bulk + law.shear)
     poisson = young / (2 * law.shear) - 1

@@ -29,6 +29,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field, replace
+from numbers import Integral
 
 import numpy as np
 from scipy import fft
@@ -187,6 +188,8 @@ def slice_contact(
     """
     check_control(load, approach)
     cells = check_cells(cells)
+    if not (isinstance(stations, Integral) and stations >= 1):
+        raise ContactInputError(f"stations = {stations!r}: give a whole number, at least 1")
     clock = StageClock()
     first, second = slices.upper.material, slices.lower.material
     gap = SliceGap(slices)

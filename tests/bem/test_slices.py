@@ -210,6 +210,9 @@ def test_one_slice_is_a_strip_and_a_grid_beside_the_face_is_refused():
     for cells in ((0, 40), (40, 2.5), (2, 2)):
         with pytest.raises(ContactInputError, match="cells"):
             slice_contact(slices, load=5e4, cells=cells, threads=1)
+    for stations in (0, 2.5):
+        with pytest.raises(ContactInputError, match=f"stations = {stations}"):
+            slice_contact(slices, load=5e4, stations=stations, threads=1)
 
 
 def edge_bodies():

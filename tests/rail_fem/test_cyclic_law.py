@@ -178,6 +178,23 @@ def test_the_amplitude_of_a_closed_loop_is_that_of_the_law_led_through_it():
 
 
 @pytest.mark.parametrize(
+    "given, words",
+    [
+        ({"depth": [1e-3, np.nan]}, "depth = "),  # was told as elastic
+        ({"depth": []}, "depth = "),
+        ({"depth": [[1e-3, 2e-3]]}, "depth = "),
+        ({"passes": 2.5}, "2.5 passes of 50"),
+        ({"steps": np.nan}, "passes of nan"),
+        ({"half_width": np.nan}, "half-width nan m.*: give finite"),
+    ],
+)
+def test_a_rolling_load_that_is_none_is_refused_in_words(given, words):
+    law, load = cyclic_law(YOUNG, POISSON, YIELD), {"half_width": 5e-3, "max_pressure": 1e9, "traction_ratio": 0.0}
+    with pytest.raises(ValueError, match=words):
+        rolling_line_contact(law, **load | {"depth": [1e-3], "passes": 2, "steps": 50} | given)
+
+
+@pytest.mark.parametrize(
     "constants, words",
     [
         ({"yield_stress": 0.0}, "yield_stress is 0.0"),
