@@ -138,6 +138,8 @@ class Variable(Frozen):
 
     @model_validator(mode="after")
     def _bounds_are_in_order(self) -> "Variable":
+        if fault := fault_of(self.key, self.low, self.high):
+            raise ValueError(fault)
         low, high = self.bounds
         if not low < high:
             raise ValueError(f"{self.key}: low {self.low} must lie below high {self.high}")
@@ -220,8 +222,12 @@ class Design(Frozen):
                 raise ValueError(f"{what} {sorted(n for n in names if names.count(n) > 1)[0]} stands twice")
         if self.guess and {*self.guess} != {v.name for v in self.vary}:
             raise ValueError("guess: give a value for every key that varies and for no other")
-        if any(not low <= x <= high for x, (low, high) in zip(self.guessed, (v.bounds for v in self.vary))):
-            raise ValueError("guess: a value lies outside its bounds")
+        for v, x in zip(self.vary, self.guessed):
+            if not v.bounds[0] <= x <= v.bounds[1]:
+                raise ValueError(f"guess: {v.name} = {self.guess[v.name]} lies outside {v.low} to {v.high}")
+        for v in self.vary:
+            if all(v.key in self.set | one.set for one in self.passes if v.only in ("", one.name)):
+                raise ValueError(f"vary: {v.name} is set by every pass: leave it out there, or here")
         if not any(one.proven for one in self.passes):
             raise ValueError("proven = false in every pass: leave it out of those that --prove is to run")
         if strange := [v.only for v in self.vary if v.only and v.only not in passes]:
@@ -348,8 +354,6 @@ def checked(problem: Problem, path: Path) -> Problem:
         )
     for one in (*design.passes, *design.checks):
         load_case(problem.case, design.proof | one.set).by(design.model)
-    if faults := [fault for v in design.vary if (fault := fault_of(v.key, v.low, v.high))]:
-        raise DesignError("\n  ".join([f"{path}: {len(faults)} input error(s)", *faults]))
     reach = parse(design.reach, "mm")[0]
     try:
         found = [RecordFact(one.name, _trace(problem, one, path.parent / one.record, reach)) for one in design.recorded]

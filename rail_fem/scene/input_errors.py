@@ -26,7 +26,10 @@ def describe_errors(error: ValidationError, section: type[BaseModel], key: str, 
 
 def faults_of(error: ValidationError, section: type[BaseModel], key: str, most: int = 1000) -> list[tuple[str, str]]:
     """Key, "" for the whole of a section without a name, and remedy of each input error, as in describe_errors."""
-    return [(_dotted(key, _position(fault)), _remedy(fault, section, key)) for fault in error.errors()[:most]]
+    faults = error.errors()[:most]
+    holders = {fault["loc"][:end] for fault in faults for end in range(len(fault["loc"]))}
+    own = [fault for fault in faults if fault["type"] != "too_short" or fault["loc"] not in holders]  # told by entries
+    return [(_dotted(key, _position(fault)), _remedy(fault, section, key)) for fault in own]
 
 
 def _position(error: ErrorDetails) -> tuple:

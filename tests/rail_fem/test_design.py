@@ -239,6 +239,8 @@ def test_checks_are_reported_and_not_searched_on(tmp_path):
         ('low = "-1 mm"\nhigh = "2 mm"', 'low = "-1 kg"\nhigh = "2 kg"', "nose_lowering: .*has the dimension"),
         ("nose_transfer.toml", "none.toml", None),
         ("trials = 20", "trials = 2", "greater than or equal to 10"),
+        ('low = "-1 mm"', "low = -0.001", "1 input error.*\n.*-0.001 has no unit"),
+        ("seed = 3", 'seed = 3\nset = { "scene.crossing.nose_lowering" = "1 mm" }', "is set by every pass"),
         ("[pass.set]", "proven = false\n[pass.set]", "proven = false in every pass"),
     ],
 )
