@@ -63,6 +63,9 @@ def _section(section: type[BaseModel], definitions: dict[str, Any]) -> dict[str,
         for key, entry in section.model_fields.items():
             if not entry.exclude and key in made["properties"]:
                 properties[key] = _key(entry, made["properties"][key], definitions)
+                if entry.default is None:
+                    about = properties[key].pop("description")
+                    properties[key] = {"description": about, "anyOf": [properties[key], {"const": "none"}]}
         told = {
             "type": "object",
             "description": re.sub(r"\s+", " ", (section.__doc__ or "").partition("\n\n")[0]).strip(),

@@ -5,7 +5,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, ValidationInfo, field_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    Strict,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from rail_fem.scene.input_errors import faults_of, quantity_of, table_of
@@ -32,6 +41,16 @@ class Frozen(BaseModel):
     """Base of every typed section of a case: immutable, no unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _none_is_a_word(cls, values: Any) -> Any:
+        """TOML has no null: of a key that may be left out "none" says so, as `rail-fem init` writes it."""
+        if not isinstance(values, Mapping):
+            return values
+        own = cls.model_fields
+        left_out = {key for key, value in values.items() if isinstance(value, str) and value == "none" and key in own}
+        return {**values, **{key: None for key in left_out if own[key].default is None}}
 
     @classmethod
     def checked(cls, values: Mapping[str, Any], context: dict[str, Any] | None = None) -> Self:

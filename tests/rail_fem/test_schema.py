@@ -2,6 +2,7 @@
 does not."""
 
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -50,7 +51,7 @@ def test_every_key_has_its_meaning_range_and_a_default_that_the_program_reads(sc
             told = made["properties"][known.name]
             assert known.meaning in told["description"]
             if known.unit:
-                assert known.unit in told["description"] and told.get("type") in ("string", "array")
+                assert known.unit in told["description"] and told.get("anyOf", [told])[0]["type"] in ("string", "array")
                 if "default" in told:
                     assert parse(told["default"], known.unit)[1] == pytest.approx(parse(known.default, known.unit)[1])
                     count += 1
@@ -76,6 +77,11 @@ def test_a_new_case_file_names_the_schema_beside_it_and_fits_it(checker, tmp_pat
     assert text.splitlines()[0] == f"#:schema ./{SCHEMA_FILE}"
     assert json.loads((tmp_path / SCHEMA_FILE).read_text(encoding="utf-8")) == case_schema()
     assert list(checker.iter_errors(tomllib.loads(text))) == []
+    said, count = re.subn('^# (.* = "none")', r"\1", text, flags=re.MULTILINE)
+    assert count and list(checker.iter_errors(tomllib.loads(said))) == []
+    before = load_case(file)
+    file.write_text(said, encoding="utf-8")
+    assert (load_case(file).scene, load_case(file).runs) == (before.scene, before.runs)
 
 
 @pytest.mark.parametrize(
