@@ -63,7 +63,7 @@ def study_figures(
             made["depth_plan"] = plan_figure(f"{title}\ndepth {done}; law: {law}", site, state)
             words = "T\u03b3 along the pass, a line for each kind of pass; damage of grade 220 rail on plain line"
             made["tgamma"] = panels_figure(tgamma_panels(settings, state, before, after), f"{title}\n{words}", 1)
-            nothing = words_instead(f"{title}: no passes, nothing is worn off")
+            nothing = words_instead(f"{title}: nothing is worn off {done}")
             made = {"sections": nothing, "wheel_wear": nothing} | made
         return [save(figure, Path(folder) / f"{name}.png") for name, figure in made.items()]
 
@@ -222,7 +222,9 @@ def wheel_panels(settings: DamageSettings, site: CrossingSite, state: Evolution)
     y, depth, shown = y[worn], depth[..., worn], lambda values: np.where(values > least, values, np.nan)
     mean = np.tensordot([one.weight for one in site.passes], depth, 1)  # of kinds that wear nothing there, too
     profiles = {one.scene.wheel.name: (y, one.scene.wheel.shape.height(y / MM) * MM) for one in site.passes}
-    each = {one.label: (y, shown(own)) for one, own in zip(site.passes, depth[:, lead], strict=True)}
+    each: dict[str, tuple] = {}
+    for k, (one, own) in enumerate(zip(site.passes, depth[:, lead], strict=True)):  # two kinds may have one label
+        each[f"_{one.label}, {k}" if one.label in each else one.label] = y, shown(own)
     bounds = np.maximum(mean.min(axis=0), least), shown(mean.max(axis=0))
     band = {"band over the laws": (y, bounds, "band"), "leading law": (y, shown(mean[lead]))}
     at = "y on the wheel from its tread datum [mm], + to the field side"

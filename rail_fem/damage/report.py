@@ -93,7 +93,7 @@ def _part(settings: DamageSettings, found: dict[str, Any], own: dict[str, Any]) 
     laws, depth, years, end = laws_of(settings), own["deepest_by_law"], own["years"], own["at_end"]
     what, unit, scale = _removed(found)
     axes = "x, y" if found["site"] == "crossing" else "y, z"
-    at = lambda name: f"{axes} = {', '.join(f'{v * MM:.1f}' for v in own[name])} mm"
+    at = lambda name, of: f"at {axes} = {', '.join(f'{v * MM:.1f}' for v in own[name])} mm" if of else "nowhere"
     rows = [
         {
             "law": laws[name].label,
@@ -104,11 +104,11 @@ def _part(settings: DamageSettings, found: dict[str, Any], own: dict[str, Any]) 
         for name in depth
     ]
     bounded = f"{own['enlarged_share']:.0%} of the patches bounded by the hardness, " if own["enlarged_share"] else ""
-    below = own["subsurface"]
+    below, lead, tgamma = own["subsurface"], depth[found["law"]], own["largest_tgamma"]
     return [
-        f"**Deepest wear {depth[found['law']] * UM:.3g} \u00b5m** by {laws[found['law']].label} (band"
-        f" {min(depth.values()) * UM:.3g} to {max(depth.values()) * UM:.3g} \u00b5m), at {at('deepest_at')}. At first:"
-        f" largest T\u03b3 {own['largest_tgamma']:.0f} N at {at('at')} ({own['region']}), flash temperature there"
+        f"**Deepest wear {lead * UM:.3g} \u00b5m** by {laws[found['law']].label} (band"
+        f" {min(depth.values()) * UM:.3g} to {max(depth.values()) * UM:.3g} \u00b5m), {at('deepest_at', lead)}. At"
+        f" first: largest T\u03b3 {tgamma:.0f} N {at('at', tgamma)} ({own['region']}), flash temperature there"
         f" {own['flash_temperature']:.0f} K, largest pressure {own['largest_pressure'] / 1e6:.0f} MPa;"
         f" {bounded}{own['seizure_share']:.0%} of Archard's wear from cells in seizure. At the end: T\u03b3"
         f" {end['largest_tgamma']:.0f} N, force {end['largest_force'] / 1e3:.0f} kN, pressure"
@@ -117,8 +117,9 @@ def _part(settings: DamageSettings, found: dict[str, Any], own: dict[str, Any]) 
         + (f" At the end {own['subsurface_at_end']['dang_van']:.2f}." if own["subsurface_at_end"] else ""),
         _flow(own["flow"]),
         table_of(rows),
-        f"Crack index {own['crack_index']:.2g} at {at('crack_index_at')} (1: visible cracks, by a function fitted to"
-        f" plain line); a pass over the last shape adds {own['cracks_per_pass'] * 1e6:.2g}e-6 at {at('cracks_at')}."
+        f"Crack index {own['crack_index']:.2g} {at('crack_index_at', own['crack_index'])} (1: visible cracks, by a"
+        f" function fitted to plain line); a pass over the last shape adds {own['cracks_per_pass'] * 1e6:.2g}e-6"
+        f" {at('cracks_at', own['cracks_per_pass'])}."
         f" {_to_limit(settings, years, end['seizure_share'])}",
     ]
 
@@ -225,7 +226,7 @@ def _wheels(settings: DamageSettings, found: dict[str, Any]) -> list[str | list[
             {
                 "kind of pass": one["kind"],
                 "deepest [\u00b5m] (band over the laws)": f"{depth[lead] * per * UM:.3g} ({band(depth, UM)})",
-                "at y from the tread datum [mm]": f"{one['deepest_at'] * MM:+.0f}",
+                "at y from the tread datum [mm]": f"{one['deepest_at'] * MM:+.0f}" if depth[lead] else "",
                 "section [mm\u00b2] (band)": f"{section[lead] * per * 1e6:.3g} ({band(section, 1e6)})",
                 "volume [mm\u00b3]": f"{volume[lead] * per * 1e9:.3g}",
                 "of it on the nose": f"{one['nose_share']:.0%}",

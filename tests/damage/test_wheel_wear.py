@@ -106,6 +106,29 @@ def test_a_page_tells_the_wheels_of_a_thousand_passes_since_the_last_welding(mad
     assert "P8-worn" in tables[0] and tables[0] == tables[1]
 
 
+def test_where_nothing_has_worn_the_page_names_no_place(made):
+    """It named a corner of the plan."""
+    case, site, rate = made
+    told = study_report(
+        "",
+        case.damage,
+        summary(case.damage, begin(site), rate, rate) | {"tonnage": tonnage_of(case.scene, case.damage)},
+    )
+    assert told.count("(band 0 to 0 \u00b5m), nowhere.") == told.count("Crack index 0 nowhere (") == 2
+    assert told.count("At first: largest T\u03b3") == told.count("N at x, y = ") == 2
+
+
+def test_two_kinds_of_one_label_are_two_curves(made):
+    """Speeds that round to one: the second had taken the first's place."""
+    case, site, rate = made
+    *_, end = evolve(site, 10, Stepping(block=10))
+    (one,) = site.passes
+    two = replace(site, passes=(replace(one, weight=0.5), replace(one, weight=0.5)))
+    _, each, _ = wheel_panels(case.damage, two, replace(end, wheels=np.concatenate([end.wheels, end.wheels / 2])))
+    assert len({np.nanmax(depth) for _, depth in each.lines.values()}) == 2
+    assert [words.startswith("_") for words in each.lines] == [False, True]  # one in the legend
+
+
 def test_the_mean_of_the_traffic_is_drawn_wherever_one_of_its_wheels_wears(made):
     """Of two kinds, a quarter and three quarters, the second wears nothing on the flange's side, where the first wears
     most: there a quarter of that."""
