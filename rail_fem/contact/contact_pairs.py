@@ -194,7 +194,9 @@ def pair_at(
     least = float(hanging(at[:1], at[1:])[0]) - height
     if not np.isfinite(least):
         raise ContactPairError(
-            f"{label or profile.label}: wheel or rail has no surface at x = {at[0]:g}, y = {at[1]:g} m"
+            f"{label or profile.label}: wheel or rail has no surface at x = {at[0]:g}, y = {at[1]:g} m, as where it"
+            " stands on a rail's end or beside a joint_gap: no half-space lies there; take rigid_hertz, or another"
+            " window"
         )
     wheel, point = WheelSurface(profile, rolling_radius, (*datum, -least)), np.array([*at, height])
     return ContactPair(point, _frame(wheel, rail, point), wheel, rail, wheel_steel, rail_steel, label)

@@ -11,9 +11,10 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CrossingError
 from geometry.surfaces.joint import Joint, joint_rail
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.models import lumped, p2_formula, rigid_hertz
+from rail_fem.contact.contact_pairs import ContactPairError
+from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
 from rail_fem.result.low_pass import filtered_peak
-from rail_fem.settings.light import LumpedSettings, P2Settings, RigidHertzSettings
+from rail_fem.settings.light import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings
 from tests.rail_fem.joint_passes import (
     FILTERED,
     NO_SUSPENSION,
@@ -155,6 +156,8 @@ def test_an_insulated_joint_s_gap_hands_the_wheel_from_rail_to_rail():
     assert both.any()
     peaks = [result.peaks["largest_force"].value / load for result in found]
     assert peaks[0] == pytest.approx(1, rel=1e-5) and 1.05 < peaks[1] < peaks[2] < 2, peaks
+    with pytest.raises(ContactPairError, match="beside a joint_gap: no half-space lies there; take rigid_hertz"):
+        bem_passage.solve(scene, BemPassageSettings(start=-0.1, end=0.15))
 
 
 @pytest.mark.parametrize(
