@@ -23,7 +23,7 @@ from rail_fem.damage.figures import study_figures
 from rail_fem.damage.fleet_life import fleet_life
 from rail_fem.damage.flow import flow_digest, read_flow
 from rail_fem.damage.report import study_report
-from rail_fem.damage.sites import crossing_site, stepping_of, switch_section, tonnage_of
+from rail_fem.damage.sites import crossing_site, stepping_of, switch_section, tonnage_of, wheels_of
 from rail_fem.damage.study_state import read_state, state_arrays, write_state
 from rail_fem.damage.summary import summary
 from rail_fem.damage.worn_profile import WornOutError
@@ -155,6 +155,9 @@ def _study(case, settings, folder, goes_on, identity, progress, say, workers: Wo
     """What ended it before its last pass; "": nothing."""
     run, flow, flow_before = case.runs.get("rigid_hertz"), flow_file(case, settings), None
     crossing = settings.site == "crossing"
+    if settings.turning and settings.turning.line:  # minutes, and kept
+        progress.note("wheels wear on straight line until they are turned")
+        progress.note(f"{len(wheels_of(case.scene, settings))} wheels of all ages; contacts on the first shape")
     with ExitStack() as stack:
         pool = stack.enter_context(Pool(workers, __name__)) if crossing else None
         site: Any = crossing_site(case.scene, settings, run, pool) if crossing else switch_section(case.scene, settings)

@@ -10,7 +10,7 @@ from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.damage import line_wear
 from rail_fem.damage.line_wear import FLANGE, LINES, STEP, flange_height, hollow, lost_in_a_turn, lowered, worn_on_line
 from rail_fem.damage.sites import wheel_laws_of, wheels_of
-from rail_fem.damage.study import study_mark
+from rail_fem.damage.study import run_study, study_mark
 from rail_fem.damage.wear import dry_laws
 from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.result.runfolder import digest
@@ -87,6 +87,19 @@ def test_wheels_come_at_all_ages_of_their_way():
         f"{worn_on_line(*way_of(told)).distance[-1] / 1e3:.3g} km"
         in wheels_of(told.scene, told.damage)[0][0].wheel.name
     )
+
+
+def test_a_study_tells_that_wheels_wear_which_takes_minutes(tmp_path, caplog):
+    """It was silent until its first block."""
+    caplog.set_level("INFO", logger="rail_fem")
+    quick = {"damage.turning": TURNING, "damage.cells": 10, "damage.patch_spacing": "20 mm"}
+    case = load_case(CASE, {"scene.wheel.profile": "P8", "damage.sensitivities": False} | quick)
+    run_study(case, 1.0, tmp_path / "study", False, False, lambda words: None)
+    told = [record.message for record in caplog.records]
+    assert told[:2] == [
+        "wheels wear on straight line until they are turned",
+        "2 wheels of all ages; contacts on the first shape",
+    ]
 
 
 def test_a_study_is_another_one_by_each_key_and_what_does_not_fit_is_refused():
