@@ -31,7 +31,6 @@ NOTE = re.compile(r"^\s*#\s*([\w. ]+?)\s*[:=]\s*(.+?)\s*$")
 RATE, BEARER, PLACE, FILTER, NOISE = NOTES = "sampling rate", "bearer", "place", "filter", "noise"
 ALIKE = 0.8  # share of letters, from which on a line before the titles is taken for a misspelt note
 TITLE = re.compile(r"\s*([A-Za-z_ ]+?)\s*\[\s*(.*?)\s*\]\s*$")
-SPLIT = re.compile(r"[;,\t]")
 GRAVITY_UNIT = "g"  # an acceleration's, not the gram
 FEWEST = 20  # samples
 LARGEST_RECORD, LONGEST_LINE = 50_000_000, 1000  # bytes; characters
@@ -96,7 +95,7 @@ def read_record(path: Path, speed: float) -> Record:
     rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
     if not rows:
         raise RecordError(f"{path}: holds no line of data")
-    titles = [_title(path, text) for text in SPLIT.split(rows[0][1])]
+    titles = [_title(path, text) for text in _cells(rows[0][1])]
     values = _table(path, rows[1:], len(titles))
     columns = {name: values[:, k] * factor for k, (name, factor) in enumerate(titles)}
     measured = [name for name in columns if name in QUANTITIES]
@@ -161,12 +160,17 @@ def _title(path: Path, text: str) -> tuple[str, float]:
         raise RecordError(f'{path}: column "{name}": {error}') from error
 
 
+def _cells(text: str) -> list[str]:
+    """Of a line: apart by semicolons or tabs, where a comma is a decimal one, else by commas."""
+    return text.split(next((apart for apart in ";\t" if apart in text), ","))
+
+
 def _table(path: Path, rows: list[tuple[int, str]], count: int) -> np.ndarray:
     values = np.empty((len(rows), count))
     for k, (line, text) in enumerate(rows):
-        words = SPLIT.split(text)
+        words = _cells(text)
         try:
-            values[k] = [float(word) for word in words]
+            values[k] = [float(word.replace(",", ".")) for word in words]
         except ValueError as error:
             raise RecordError(
                 f"{path}: line {line}: {len(words)} value(s), not {count} numbers with a decimal point:"

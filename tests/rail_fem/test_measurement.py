@@ -171,6 +171,16 @@ def test_a_record_that_cannot_be_read_is_refused_with_line_and_remedy(tmp_path, 
         read_record(tmp_path / "r.csv", SPEED)
 
 
+def test_a_comma_beside_semicolons_or_tabs_is_a_decimal_one(tmp_path):
+    path, rows = tmp_path / "record.csv", [f"{k}.25,{k}.5" for k in range(30)]
+    found = {}
+    for apart in ",;\t":
+        text = "\n".join(["time [ms],force [kN]", *rows]).replace(",", apart)
+        path.write_text(text if apart == "," else text.replace(".", ","), encoding="utf-8")
+        found[apart] = read_record(path, SPEED).values
+    assert found[","][1] == 1500 and (found[";"] == found[","]).all() and (found["\t"] == found[","]).all()
+
+
 @pytest.mark.parametrize("unit", ["ps", "yr"])
 def test_a_record_in_a_unit_that_cannot_be_meant_is_refused_before_it_is_resampled(result, tmp_path, unit):
     """Sampled alike, record or result would have filled the memory."""
