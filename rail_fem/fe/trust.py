@@ -69,7 +69,15 @@ def judged(name: str, value: float, shown: str) -> TrustRow:
     """A row of LIMITS; what is not known is bad."""
     limit = LIMITS[name]
     verdict = BAD if not value <= limit.bad else WARN if not value <= limit.warn else GOOD
-    return TrustRow(name, float(value), shown, limit.rule, verdict, f"{value:.1%}", limit.warn)
+    digits = _digits(value, limit)
+    shown = shown.replace(f"{value:.2%}", f"{value:.{max(2, digits)}%}")
+    return TrustRow(name, float(value), shown, limit.rule, verdict, f"{value:.{digits}%}", limit.warn)
+
+
+def _digits(value: float, limit: Threshold) -> int:
+    """Behind the point of a percentage, in as many as show on which side of both limits it lies."""
+    side = lambda number: [np.sign(number - one) for one in limit]
+    return next((n for n in range(1, 9) if side(round(value, n + 2)) == side(value)), 1)
 
 
 def impact_work(contact_work: np.ndarray) -> float:

@@ -107,7 +107,11 @@ def test_the_rule_in_words_is_the_limit_that_judges(name):
         (1.001 * bad, BAD),
         (np.nan, BAD),
     ):
-        assert judged(name, value, "").verdict == verdict
+        row = judged(name, value, f"{value:.2%}")
+        assert row.verdict == verdict
+        for told in (row.shown, row.short) if value > 0 else ():  # rounded, too, on its side of the limits
+            assert [float(told[:-1]) / 100 > one for one in (warn, bad)] == [value > one for one in (warn, bad)]
+            assert float(told[:-1]) / 100 not in (warn, bad)
 
 
 def test_rows_name_what_they_divide_by():
