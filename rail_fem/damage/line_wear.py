@@ -9,6 +9,7 @@ way is that of the law and its factor.
 
 from __future__ import annotations
 
+import itertools
 from functools import cache
 from typing import NamedTuple
 
@@ -80,10 +81,14 @@ def lost_in_a_turn(wheel: Profile, scene: Scene, law: WearLaw, line: LineWear, y
     away, out, total = np.linspace(-REACH, REACH, POSITIONS), np.zeros((2, len(y))), 0.0
     load = scene.static_wheel_load
     rolling = Rolling(scene.speed, scene.friction, cells=CELLS)
-    for shift, share in zip(away * line.deviation, np.exp(-(away**2) / 2), strict=True):
-        points = roll(search, equilibrium_near(search, (load, load), float(shift), 0.0), rolling)
-        if max(abs(point.angle) for point in points) > FLANGE:
-            continue
+    turns = [
+        roll(search, equilibrium_near(search, (load, load), float(shift), 0.0), rolling)
+        for shift in away * line.deviation
+    ]
+    flange = np.array([max(abs(point.angle) for point in points) > FLANGE for points in turns])
+    middle, since = POSITIONS // 2, np.maximum.accumulate  # behind its face a flange rides on its tip, and is flat
+    cut = np.concatenate([since(flange[middle::-1])[:0:-1], since(flange[middle:])])
+    for share, points in zip(np.exp(-(away[~cut] ** 2) / 2), itertools.compress(turns, ~cut), strict=True):
         total += share
         for point in points:
             if point.side == "left":  # the right wheel is its mirror image, at the opposite position
@@ -105,7 +110,9 @@ def worn_on_line(scene: Scene, law: WearLaw, factor: float, line: LineWear) -> L
     while over[-1][0] < 0:
         wheel = lowered(new, y, lost[-1])
         rate = factor * lost_in_a_turn(wheel, scene, law, line, y)
-        if lost[-1].max() > DEEPEST or not rate.max() > 0:
+        if not rate.max() > 0:
+            raise ValueError(f"damage.turning.line: {scene.wheel.name} meets no limit, for nothing wears it")
+        if lost[-1].max() > DEEPEST:
             raise ValueError(
                 f"damage.turning.line: {scene.wheel.name} meets no limit, {1e3 * lost[-1].max():.1f} mm are worn off:"
                 " lower hollow or flange_height"

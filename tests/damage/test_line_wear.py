@@ -63,8 +63,16 @@ def test_a_turn_takes_what_its_patches_take_and_no_friction_takes_nothing(monkey
     assert lost.sum() * LINES == pytest.approx(np.dot(shares / shares.sum(), own), rel=0.02)
     slippery = case.scene.replace(friction=0.0)
     assert not lost_in_a_turn(wheel, slippery, law, line, Y).any()
-    with pytest.raises(ValueError, match="meets no limit"):
+    with pytest.raises(ValueError, match="meets no limit, for nothing wears it"):
         worn_on_line(slippery, law, 1.0, line)
+
+
+def test_positions_behind_the_flange_s_face_wear_no_tip():
+    """30 mm to each side: a flange that stands on the rail is flat there; worn six times as deep as the tread."""
+    case = turned(line={"deviation": "10 mm"})
+    scene, law, _, line = way_of(case)
+    lost = lost_in_a_turn(scene.wheel.shape, scene, law, line, Y)
+    assert lost.max() > 0 and not lost[Y < -40e-3].any()
 
 
 def test_wheels_come_at_all_ages_of_their_way():
