@@ -108,13 +108,13 @@ def outcome(case: ElementTree.Element) -> str:
 
 
 def page(sections: dict[str, Callable[[], str]]) -> str:
-    """The Markdown page: a heading and what its function says, in turn."""
+    """The Markdown page: a heading, told as its minutes begin, and what its function says, in turn."""
     smoke = "RAIL_FEM_SMOKE: the two coarsest sizes only; orders have no meaning.\n\n" if smoke_requested() else ""
-    return (
-        "# Verification, from the runs\n\n"
-        + smoke
-        + "\n".join(f"## {name}\n\n{said()}" for name, said in sections.items())
-    )
+    parts = []
+    for name, said in sections.items():
+        typer.echo(f"{name} ...", err=True)
+        parts.append(f"## {name}\n\n{said()}")
+    return "# Verification, from the runs\n\n" + smoke + "\n".join(parts)
 
 
 def main(

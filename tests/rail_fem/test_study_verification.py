@@ -42,9 +42,10 @@ def test_every_model_has_a_row_or_the_command_that_makes_it(tmp_path):
     assert all(f"| {model} | {model} |" in text for model in list(MODELS)[:4]) and "No run by bem_plastic" in text
 
 
-def test_what_was_not_asked_for_is_said_and_a_smoke_page_says_so(monkeypatch):
+def test_what_was_not_asked_for_is_said_and_a_smoke_page_says_so(monkeypatch, capsys):
     monkeypatch.delenv("RAIL_FEM_SMOKE", raising=False)
     assert "Not asked for" in speed_against_error(None)
     assert page({"one": lambda: "two\n"}) == "# Verification, from the runs\n\n## one\n\ntwo\n"
+    assert capsys.readouterr().err == "one ...\n"  # it was silent for minutes
     monkeypatch.setenv("RAIL_FEM_SMOKE", "1")
     assert "no meaning" in page({})
