@@ -2,9 +2,9 @@
 
 Each simplification is a row of SIMPLIFICATIONS. What a light model can see is measured on the scene itself, by a pass
 of `rigid_hertz` with it and one without, a second each; what none of them sees is kept from passes of `fe_full`
-(cases/rows/form.toml). A light model has a row besides: within what all of its forces are of those of `fe_full` in the
-sixteen cases of docs/sixteen_cases.md, over the nose. The bar is the root of the sum of the squares: the
-simplifications are not each other's.
+(cases/rows/form.toml). A light model has a row besides, on a crossing: within what all of its forces are of those of
+`fe_full` in the sixteen cases of docs/sixteen_cases.md, over the nose. The bar is the root of the sum of the squares:
+the simplifications are not each other's.
 Plastic strain, which no light model resolves well enough, has what is kept alone.
 """
 
@@ -19,7 +19,7 @@ from rail_fem.passes.track_beam import track_beam
 from rail_fem.result.quantities import FORCES, REPORTED
 from rail_fem.result.result import PassResult
 from rail_fem.scene.bearers import Bearers, CastingSection
-from rail_fem.scene.crossing import CAST
+from rail_fem.scene.crossing import CAST, JOINT
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.wheel_body import WheelBody
 from rail_fem.settings.light import RigidHertzSettings
@@ -151,7 +151,7 @@ def form(result: PassResult, by_passes: bool = True) -> dict[str, dict[str, floa
     own = {name: REPORTED[name].of(result) for name in (*FORCES, "transfer_x", *STRAINS)}
     own = {name: value for name, value in own.items() if value == value}
     shares = {kept.words: kept.shares for kept in KEPT if kept.holds(result)}
-    if off := MODELS[result.model].off:
+    if (off := MODELS[result.model].off) and result.scene.crossing.family != JOINT:
         shares[f"{result.model} in place of fe_full"] = dict.fromkeys(FORCES, off[1])
     for words, share in shares.items():
         found[words] = {name: share[name] * value for name, value in own.items() if name in share}

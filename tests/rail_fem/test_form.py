@@ -53,6 +53,15 @@ def test_no_row_of_what_the_scene_has_or_no_ballast_can_give(scene):
     assert not on_bearers(scene.replace(foundation={"stiffness": "5000 kN/mm"}), 0.357)
 
 
+def test_what_a_light_model_is_off_over_a_nose_is_told_of_no_joint(scene):
+    """A wheel on plain line had its static load to within 237 %."""
+    plain = scene.replace_si(crossing={"family": "joint", "dip_angle": 0.0})
+    of_joint = solve("lumped", plain, {"start": "-50 mm", "end": "50 mm"})
+    of_crossing = solve("lumped", scene, WINDOW)
+    row = "lumped in place of fe_full"
+    assert row in form(of_crossing, by_passes=False) and row not in form(of_joint, by_passes=False)
+
+
 def test_each_row_is_what_the_passes_differ_by(scene, ran):
     result = load(ran[0])
     words = next(words for words in result.form if "aside" in words)
