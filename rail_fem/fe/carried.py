@@ -57,7 +57,7 @@ def steel_after(run: Run) -> CarriedSteel:
     """What the run has left. Collective."""
     d = run.dynamics
     d.bring_up()
-    points = nodes_to_blocks(d.domain, d.structure.x) - run.passage.crossing.displacement
+    points = nodes_to_blocks(d.domain, run.passage.relative)
     cells = d.domain.cell_input[d.structure.finite_cells]
     return CarriedSteel(points, to_blocks(d.comm, cells, element_state(d.structure.finite), d.domain.m_global))
 

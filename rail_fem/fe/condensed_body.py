@@ -42,3 +42,41 @@ class Condensed:
     def for_relaxation(self, frequency: float) -> Condensed:
         """The same body, whose coordinates all have a frequency [rad/s] and no share in the rigid motion's momentum."""
         return replace(self, mass=self.stiffness / frequency**2, momentum=0.0 * self.momentum, weight=0.0)
+
+
+SECTION = 4  # motions of a plane section: along x, y, z [m], and a turn about x [rad]
+
+
+@dataclass(frozen=True)
+class CondensedBlock:
+    """The steel between the meshes of a crossing and a rigid foot, by what plane sections of the bodies on it feel.
+
+    Between stations the motion of a body's sections is linear, outside them that of the nearest one.
+
+    first, apart, count (b,) : x of the first station of each body, distance between them [m], how many;
+    regions (b,) : of the mesh;  axis (b, 2) : y, z about which its sections turn [m]
+    stiffness (n, n) : of n = SECTION * sum(count) motions relative to the foot, body after body, station after station
+    mass (n,) : lumped [kg; kg m2];  weight : of the block [kg]
+    """
+
+    first: np.ndarray
+    apart: np.ndarray
+    count: np.ndarray
+    regions: np.ndarray
+    axis: np.ndarray
+    stiffness: np.ndarray
+    mass: np.ndarray
+    weight: float
+
+    def place(self, positions: np.ndarray, body: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of positions (n, 3) [m] on bodies (n,): number (n,) of the first motion of the station behind each, how far
+        it is towards the next one (n,), 0 to 1, and its place (n, 2) about the axis [m]."""
+        along = np.clip((positions[:, 0] - self.first[body]) / self.apart[body], 0.0, self.count[body] - 1.0)
+        station = np.minimum(along.astype(np.int64), self.count[body] - 2)
+        before = np.cumsum([0, *self.count])[body]
+        return SECTION * (before + station), along - station, positions[:, 1:] - self.axis[body]
+
+    @property
+    def along_z(self) -> np.ndarray:
+        """The motions (n,) of a foot that rises by 1: all sections along z."""
+        return np.tile(np.eye(SECTION)[2], int(self.count.sum()))

@@ -131,3 +131,82 @@ def _row(c, modes, push, force, mass):
 @njit(forceinline=True, fastmath={"contract"}, error_model="numpy")
 def _determinant(a, b, c, d, e, f, g, h, i):
     return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+
+
+class Riding(NamedTuple):
+    """Nodes that ride on plane sections at stations, of which each moves along x, y, z and turns about x.
+
+    first (k,) : motion along x of the station behind each;  share (k,) : how far it is towards the next, 0 to 1
+    arm (k, 2) : y, z from the axis of the turn [m]
+    """
+
+    first: np.ndarray
+    share: np.ndarray
+    arm: np.ndarray
+
+
+@njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
+def work_on_sections(vectors, weights, members, owned, riding, out):
+    """Of vectors (3 n,) times weights (n,) at nodes `members` (k,) below `owned`, what they do along each motion of the
+    sections, added in out (m,): forces with weights 1 [N; N m], velocities with masses [kg m/s; kg m2/s]."""
+    for n in members:
+        if n >= owned:
+            continue
+        weight, share = weights[n], riding.share[n]
+        x, y, z = weight * vectors[3 * n], weight * vectors[3 * n + 1], weight * vectors[3 * n + 2]
+        turn = riding.arm[n, 0] * z - riding.arm[n, 1] * y
+        at = riding.first[n]
+        for station, part in ((at, 1.0 - share), (at + 4, share)):
+            out[station] += part * x
+            out[station + 1] += part * y
+            out[station + 2] += part * z
+            out[station + 3] += part * turn
+
+
+@njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
+def add_sections(members, riding, amounts, out):
+    """Motions of the sections by their amounts (m,) onto nodes `members` (k,), added in out (3 n,)."""
+    for n in members:
+        at, share = riding.first[n], riding.share[n]
+        turn = (1.0 - share) * amounts[at + 3] + share * amounts[at + 7]
+        out[3 * n] += (1.0 - share) * amounts[at] + share * amounts[at + 4]
+        out[3 * n + 1] += (1.0 - share) * amounts[at + 1] + share * amounts[at + 5] - turn * riding.arm[n, 1]
+        out[3 * n + 2] += (1.0 - share) * amounts[at + 2] + share * amounts[at + 6] + turn * riding.arm[n, 0]
+
+
+@njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
+def mass_on_sections(masses, members, riding, out):
+    """Lumped mass of nodes `members` (k,), masses (n,) [kg], added in out (m,) [kg; kg m2]."""
+    for n in members:
+        share, arm = riding.share[n], riding.arm[n, 0] ** 2 + riding.arm[n, 1] ** 2
+        at = riding.first[n]
+        for station, part in ((at, 1.0 - share), (at + 4, share)):
+            for c in range(3):
+                out[station + c] += part * masses[n]
+            out[station + 3] += part * masses[n] * arm
+
+
+@njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
+def kick_sections(work, stiffness, inertia, damping, along_z, amplitude, rate, foot, onto_foot, dt, push):
+    """Rates (m,) after dt, in place, of sections on a block over a foot of mass `foot` [kg], infinite where it stands,
+    and what the foot rises faster by [m/s] -> that, Kicked.
+
+    work (m,) : forces of what rides on them [N; N m];  inertia (m,) [kg; kg m2];  damping [1/s]
+    along_z (m,) : motions of a foot that rises;  onto_foot : other forces on it [N];  push (m,) : overwritten
+    """
+    for i in range(work.size):
+        elastic = 0.0
+        for j in range(work.size):
+            elastic += stiffness[i, j] * amplitude[j]
+        block = elastic + damping * inertia[i] * rate[i]
+        onto_foot += along_z[i] * block
+        push[i] = work[i] - block
+    rise = dt * onto_foot / foot
+    dissipated = changed = 0.0
+    for i in range(work.size):
+        whole = dt * push[i] / inertia[i]
+        change = whole - rise * along_z[i]
+        dissipated += dt * damping * inertia[i] * rate[i] * (rate[i] + 0.5 * change)
+        changed += work[i] * whole
+        rate[i] += change
+    return rise, Kicked(dissipated, changed)

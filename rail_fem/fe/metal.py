@@ -31,6 +31,7 @@ def metal(run: Run) -> dict[str, dict]:
     residual, and the surface: see `surface_change`. Collective, replicated."""
     run.dynamics.bring_up()
     domain, mesh, rows = run.dynamics.domain, run.passage.mesh, cell_rows(run.dynamics)
+    relative = run.passage.relative
     wheel = run.passage.running.start + run.dynamics.contact.wheel.offset
     zones, surfaces = {}, {}
     for number, part in enumerate(parts_of(run)):
@@ -39,12 +40,11 @@ def metal(run: Run) -> dict[str, dict]:
             continue
         zone, whole = _yielded(domain, rows, mine, number % run.comm.size)
         nodes = run.comm.bcast(None if mesh is None else surface_nodes(part, mesh), root=0)
-        positions = _positions(domain, run.dynamics.structure.x, nodes)
+        positions = _positions(domain, relative, nodes)
         if zone is not None:
             zones[part.name] = zone[:, :24].reshape(-1, 8, 3), zone[:, 24], zone[:, 25:], whole
         if positions is not None:  # on root
-            fall = positions[:, 2] - positions[:, 5] + run.passage.crossing.displacement[2]
-            surfaces[part.name] = surface_change(positions[:, 0], fall, wheel)
+            surfaces[part.name] = surface_change(positions[:, 0], positions[:, 2] - positions[:, 5], wheel)
     judged = run.comm.gather({name: plastic_zone(*zone).plain() for name, zone in zones.items()}, root=0)
     found = {}
     for name, surface in surfaces.items():
@@ -117,9 +117,9 @@ def falls(run: Run, worn: np.ndarray | None) -> dict[str, np.ndarray]:
     found = {"pressed": np.array(sorted((running.start, end)))}
     for body in CROSSING:
         nodes = run.comm.bcast(None if mesh is None else np.unique(mesh.surface[mesh.surface_region == body]), root=0)
-        positions = _positions(domain, run.dynamics.structure.x, nodes)
+        positions = _positions(domain, run.passage.relative, nodes)
         if positions is not None:
-            before, after = positions[:, :3].copy(), positions[:, 3:] - run.passage.crossing.displacement
+            before, after = positions[:, :3].copy(), positions[:, 3:]
             before[:, 2] -= 0.0 if worn is None else worn[nodes]
             at, lowered = fallen(before, after, run.scene.crossing.surface, REGIONS[body])
             found |= {f"{REGIONS[body]}_at": at, f"{REGIONS[body]}_lowered": lowered}

@@ -11,6 +11,7 @@ the check rail and the other wheel (rail_fem.fe.lateral_guide); it does not roll
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,8 @@ from geometry.meshing.hexmesh import HexMesh
 from geometry.surfaces.bodies import CROSSING, PassBody
 from rail_fem.fe.beam_track import BeamTrack
 from rail_fem.fe.blocks import ElementSettings
-from rail_fem.fe.condensed_body import Condensed
+from rail_fem.fe.casting_group import CastingGroup
+from rail_fem.fe.condensed_body import Condensed, CondensedBlock
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.search import ContactSettings
 from rail_fem.fe.contact.surface import ContactSurfaces, Surface
@@ -68,6 +70,13 @@ class Passage:
     guide: LateralGuide | None = None  # what holds the wheelset across the track, where it may move
     track: BeamTrack | None = None  # what the crossing stands on, where that is a beam on bearers
 
+    @property
+    def relative(self) -> np.ndarray:
+        """Positions of the local nodes (n_nodes, 3) less what the base of wing and nose has moved [m]; of the wheel's
+        nodes without a meaning."""
+        x = self.dynamics.structure.x.reshape(-1, 3)
+        return x - self.crossing.displacements(np.arange(len(x)))
+
 
 def build_passage(
     comm,
@@ -79,6 +88,7 @@ def build_passage(
     start: StartState | None = None,
     aside: LateralStart | None = None,
     behind: Condensed | None = None,
+    below: CondensedBlock | None = None,
 ) -> Passage:
     """Bodies, supports and contact. Collective.
 
@@ -86,7 +96,7 @@ def build_passage(
     datum_height : of the wheel's D0 at the start [m]
     start : where settling ends; None: at rest under the static load
     aside : the wheelset across the track on a diverging route; None: its lateral position is given
-    behind : what of the wheel lies behind its mesh; None: rigid
+    behind : what of the wheel lies behind its mesh, below : of the casting below its meshes; None: rigid
     """
     start = start or at_rest(scene, settings, running)
     surface = comm.bcast(None if mesh is None else (mesh.surface, mesh.surface_region, mesh.clamp), root=0)
@@ -115,6 +125,19 @@ def build_passage(
         mesh_mass=float(sum(masses[body] for body in CROSSING)),
         moving_mass=None if slabs is None else scaling.meshes["crossing"],
     )
+    if below is not None:
+        of_steel = copy(structure)
+        of_steel.steels, of_steel.least_step = steels, 0.0
+        crossing = CastingGroup(
+            crossing.name,
+            crossing.input_nodes,
+            mesh_mass=crossing.mesh_mass,
+            moving_mass=crossing.moving_mass,
+            block=below,
+            steel=below.mass,
+            own_mass=of_steel.lumped_mass(),
+            own_total=float(sum(of_steel.region_masses()[body] for body in CROSSING)),
+        )
     axle = RigidGroup("axle", clamp[is_wheel], mesh_mass=float(masses[PassBody.WHEEL]) + weight)
     if behind is not None and scene.wheel_body is not None:
         axle = ElasticGroup(

@@ -66,9 +66,10 @@ def settle_in_place(
     Errors: ArithmeticError where the wheel does not come to rest.
     """
     stiffness = loaded_stiffness(scene, passage.running)
-    relaxing, axle, frequency = _relaxing(passage, stiffness)
+    relaxing, base, axle, frequency = _relaxing(passage, stiffness)
     error = _relax(relaxing, axle, passage.start.force, frequency, stiffness, most_steps, tell)
     passage.axle.stand_as(axle)
+    passage.crossing.stand_as(base)
     if passage.sprung is not None:
         passage.sprung.displacement[2] = axle.displacement[2]
     passage.dynamics.structure.v[:] = 0.0
@@ -77,23 +78,22 @@ def settle_in_place(
     return StaticStart(-float(axle.displacement[2]), error, relaxing.step_count)
 
 
-def _relaxing(passage: Passage, stiffness: float) -> tuple[Dynamics, RigidGroup, float]:
-    """The same nodes and elements with masses and supports of their own, the wheel's group, and the frequency of the
-    wheel on its contact [rad/s]. Collective."""
+def _relaxing(passage: Passage, stiffness: float) -> tuple[Dynamics, RigidGroup, RigidGroup, float]:
+    """The same nodes and elements with masses and supports of their own, the groups of base and wheel, and the
+    frequency of the wheel on its contact [rad/s]. Collective."""
     structure = _with_even_steps(passage.dynamics.structure)
-    base = RigidGroup("base", passage.crossing.input_nodes)
     of_pass = passage.dynamics.contact
     surfaces = ContactSurfaces(structure, *of_pass.surfaces.each())
     contact = Contact(surfaces, replace(of_pass.settings, friction=0.0, refresh=LOOK))
     owned = structure.domain.n_owned
     wheel = structure.mass[:owned] @ passage.on_wheel[:owned]
     frequency = np.sqrt(stiffness / structure.domain.comm.allreduce(float(wheel)))
-    axle = passage.axle.relaxing(DAMPING * frequency)
+    base, axle = (group.relaxing(DAMPING * frequency) for group in (passage.crossing, passage.axle))
     structure.v[:] = 0.0
     still = (passage.dynamics.inverse_mass == 0.0).reshape(-1, 3) & ~passage.on_wheel[:, None]
     along = [_GoingAlong(axle, passage.on_wheel)] if isinstance(axle, ElasticGroup) else []
     relaxing = Dynamics(structure, Supports([base, axle]), contact, still, DAMPING * frequency, more=along)
-    return relaxing, axle, frequency
+    return relaxing, base, axle, frequency
 
 
 class _GoingAlong(DynamicsPart):

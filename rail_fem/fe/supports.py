@@ -46,6 +46,7 @@ class RigidGroup:
     lateral_mass: float = 0.0
     # force of the elements on the group in the last step [N]
     reaction: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    members: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))  # local nodes that a step moves with it
 
     STATE: ClassVar[tuple[str, ...]] = (
         "added_mass",
@@ -59,12 +60,42 @@ class RigidGroup:
 
     frequency: ClassVar[float] = 0.0  # above those of what it moves by forces of its own [rad/s]
     size: ClassVar[int] = 0  # of what it sums over the ranks in a step, beside the reaction
+    weighs_nodes: ClassVar[bool] = False  # whether `kinetic_energy` has that of all its nodes
 
     def join(self, structure: Structure, local: np.ndarray) -> None:
         """Take nodes (k,) of this rank. Collective."""
         if self.holds is None:
-            owned = structure.mass[local[local < structure.domain.n_owned]]
-            self.node_mass = structure.domain.comm.allreduce(float(owned.sum()))
+            own = np.zeros(structure.domain.n_nodes, bool)
+            own[local] = True
+            self.weigh(structure, own)
+
+    def weigh(self, structure: Structure, own: np.ndarray) -> None:
+        """Know the mass of the nodes that are its own now, (n_nodes,) bool. Collective."""
+        owned = structure.domain.n_owned
+        self.node_mass = float(structure.domain.comm.allreduce(structure.mass[:owned][own[:owned]].sum()))
+
+    def take_up(self, structure: Structure, before: np.ndarray, own: np.ndarray) -> float:
+        """Nodes (n_nodes,) bool are its own from now on, others were before: with those that join comes their momentum.
+        Returns the kinetic energy that ends so [J]. Collective."""
+        owned, joins = structure.domain.n_owned, own & ~before
+        v, mass = structure.v.reshape(-1, 3)[:owned][joins[:owned]], structure.mass[:owned][joins[:owned]]
+        sums = structure.domain.comm.allreduce(np.array([*(mass @ v), 0.5 * mass @ (v**2).sum(axis=1), mass.sum()]))
+        momentum, kinetic, joined = sums[:3], sums[3], sums[4]
+        self.weigh(structure, own)
+        old = self.velocity.copy()
+        kinetic += 0.5 * (self.mass - joined) * old @ old
+        for c in range(3):
+            if self.free[c] and self.mass > 0:
+                self.velocity[c] = ((self.mass - joined) * old[c] + momentum[c]) / self.mass
+        return float(kinetic - 0.5 * self.mass * self.velocity @ self.velocity)
+
+    def displacements(self, nodes: np.ndarray) -> np.ndarray:
+        """Of nodes (k,) that ride on it, (k, 3) or of all (3,) [m]. Rank-local."""
+        return self.displacement
+
+    def velocities(self, nodes: np.ndarray) -> np.ndarray:
+        """Of nodes (k,) that ride on it, (k, 3) or of all (3,) [m/s]. Rank-local."""
+        return self.velocity
 
     def pack(self, force: np.ndarray, mine: np.ndarray) -> None:
         """This rank's share of what the group sums over all ranks beside the reaction -> mine (size,), from the
@@ -233,6 +264,8 @@ class Supports(DynamicsPart):
             local[touched[local]] if group.holds is None else group.holds
             for group, local in zip(self.groups, self.grouped)
         ]
+        for group, own in zip(self.groups, members):
+            group.members = own
         owned = [local[local < self.structure.domain.n_owned] for local in members]
         self.members, self.owned_members = (np.concatenate([np.empty(0, np.int64), *of]) for of in (members, owned))
         self.first_member, self.first_owned = (np.cumsum([0, *map(len, of)]) for of in (members, owned))

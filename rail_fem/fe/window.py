@@ -102,7 +102,7 @@ class TravellingWindow(DynamicsPart):
         """What follows from the range of active slabs. Collective."""
         self.within = self._reach(self.active)
         self._activate()
-        self.take_mass()
+        self.group.weigh(self.structure, self.rigid)
         self.quiet_until = 0.0
 
     def _reach(self, active: np.ndarray) -> Reach:
@@ -151,7 +151,7 @@ class TravellingWindow(DynamicsPart):
         """Positions and velocities of the nodes outside, which no step touches. Rank-local."""
         outside = ~self.within.touched
         self._place(outside)
-        self.structure.v.reshape(-1, 3)[outside] = self.group.velocity
+        self.structure.v.reshape(-1, 3)[outside] = self.group.velocities(np.flatnonzero(outside))
 
     @property
     def motion_outside(self) -> np.ndarray:
@@ -162,7 +162,8 @@ class TravellingWindow(DynamicsPart):
 
     def _place(self, nodes: np.ndarray) -> None:
         s = self.structure
-        s.x.reshape(-1, 3)[nodes] = s.anchor.reshape(-1, 3)[nodes] + self.group.displacement
+        moved = self.group.displacements(np.flatnonzero(nodes))
+        s.x.reshape(-1, 3)[nodes] = s.anchor.reshape(-1, 3)[nodes] + moved
 
     def advance(self, offset: float) -> bool:
         """Let slabs enter and leave where the wheel has moved on by `offset` [m] since the start; true where any did.
@@ -181,9 +182,11 @@ class TravellingWindow(DynamicsPart):
         self._book_late_flow(self.active, active)
         self.active, self.within = active, after
         self._activate()
-        self._take_up(self.rigid & ~was_rigid)
+        self.left_kinetic += self.group.take_up(s, was_rigid, self.rigid)
+        held = np.flatnonzero(self.rigid & self.within.touched)
+        s.v.reshape(-1, 3)[held] = self.group.velocities(held)
         gone = before.touched & ~after.touched
-        s.anchor.reshape(-1, 3)[gone] = s.x.reshape(-1, 3)[gone] - self.group.displacement
+        s.anchor.reshape(-1, 3)[gone] = s.x.reshape(-1, 3)[gone] - self.group.displacements(np.flatnonzero(gone))
         return True
 
     def moved_on(self) -> bool:
@@ -198,7 +201,7 @@ class TravellingWindow(DynamicsPart):
     def _enter(self, before: Reach, after: Reach) -> None:
         coming = after.touched & ~before.touched
         self._place(coming)
-        self.structure.v.reshape(-1, 3)[coming] = self.group.velocity
+        self.structure.v.reshape(-1, 3)[coming] = self.group.velocities(np.flatnonzero(coming))
 
     def _less(self, ranges: np.ndarray, others: np.ndarray) -> np.ndarray:
         """Slabs in `ranges` (n_regions, 2) that are not in `others`, which lack some at one end or all."""
@@ -207,27 +210,6 @@ class TravellingWindow(DynamicsPart):
             kept = [slab for slab in range(first, end) if not low <= slab < high]
             out[region] = (kept[0], kept[-1] + 1) if kept else (0, 0)
         return out
-
-    def _take_up(self, leaving: np.ndarray) -> None:
-        """The base takes up the momentum of nodes (n_nodes,) bool that join it. Collective."""
-        s, group, owned = self.structure, self.group, self.structure.domain.n_owned
-        v, mass = s.v.reshape(-1, 3), s.mass
-        theirs, own = mass[:owned][leaving[:owned]], v[:owned][leaving[:owned]]
-        sums = self.comm.allreduce(np.array([*(theirs @ own), 0.5 * theirs @ (own**2).sum(axis=1), theirs.sum()]))
-        momentum, kinetic, joined = sums[:3], sums[3], sums[4]
-        self.take_mass()
-        old = group.velocity.copy()
-        kinetic += 0.5 * (group.mass - joined) * old @ old
-        for c in range(3):
-            if group.free[c] and group.mass > 0:
-                group.velocity[c] = ((group.mass - joined) * old[c] + momentum[c]) / group.mass
-        self.left_kinetic += float(kinetic - 0.5 * group.mass * group.velocity @ group.velocity)
-        v[self.rigid & self.within.touched] = group.velocity
-
-    def take_mass(self) -> None:
-        """The mass of the nodes that belong to the base now. Collective."""
-        owned = self.structure.domain.n_owned
-        self.group.node_mass = float(self.comm.allreduce(self.structure.mass[:owned][self.rigid[:owned]].sum()))
 
     def _rear(self, active: np.ndarray) -> np.ndarray:
         """The slab of each body (n_regions,) that leaves next; -1 where none is active."""
@@ -254,7 +236,7 @@ class TravellingWindow(DynamicsPart):
         return {"left_elastic": self.left_elastic, "left_kinetic": self.left_kinetic}
 
     def shares(self) -> tuple[float, float]:
-        return float(self.motion_outside[4]), 0.0
+        return 0.0 if self.group.weighs_nodes else float(self.motion_outside[4]), 0.0
 
     def end_message(self) -> str | None:
         """Where contact comes as near to an end of the window as a slab."""

@@ -19,12 +19,12 @@ from bem.material import Elastic
 from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.quality import MeshQuality, mesh_quality
 from geometry.meshing.wheel import WheelMeshSpec
-from geometry.surfaces.bodies import REGIONS
+from geometry.surfaces.bodies import CROSSING, REGIONS
 from kernel_cache import working_time
 from rail_fem.contact.rigid import ends_with_path
 from rail_fem.fe import trust
 from rail_fem.fe.carried import SteelBefore, lay_in, steel_after, steel_before, write_steel
-from rail_fem.fe.condensed_body import Condensed
+from rail_fem.fe.condensed_body import Condensed, CondensedBlock
 from rail_fem.fe.diagnostics import outcome_on_beam, slowest_elements, strain_peaks, trust_facts
 from rail_fem.fe.meshing import Placed, make_mesh
 from rail_fem.fe.metal import falls, metal
@@ -48,6 +48,7 @@ from rail_fem.result.result import Cost, PassResult, load
 from rail_fem.result.runfolder import digest, fingerprint
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import TWIN_COST, FeSettings
+from rail_fem.static_fe.casting_block import casting_block, footprint
 from rail_fem.static_fe.wheel_base import condensed_wheel
 
 # size of the twin's elements: over the run's, the next where the first cannot be meshed or folds; at most [m] (larger
@@ -131,14 +132,14 @@ def _passes(
             f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes; kernels are compiled now where they are not"
             " yet (once, some minutes)"
         )
-    wheel = wheel_behind(scene, settings)
+    wheel, block = wheel_behind(scene, settings), casting_below(scene, settings, mesh)
     carried, worn, results = None, None, []
     if before is not None:
         owner = {"mesh": seal, "of": before.of}
         carried, worn = steel_before(comm, before, mesh, scene.crossing.surface, owner)
     for number in range(1, settings.passes + 1):
         below = _folder_of(folder, number, settings.passes)
-        passage = build_passage(comm, scene, settings, running, mesh, datum, start, aside, wheel)
+        passage = build_passage(comm, scene, settings, running, mesh, datum, start, aside, wheel, block)
         if carried is not None:
             lay_in(passage, carried)
         identity = identity | {"mesh": seal, "pass": str(number)}
@@ -195,6 +196,21 @@ def wheel_behind(scene: Scene, settings: FeSettings) -> Condensed | None:
     sector = settings.wheel_depth, WheelMeshSpec.half_angle
     make = partial(condensed_wheel, body, scene.wheel.radius, *sector, elastic, steel.density, HIGHEST_MODE)
     return on_root(partial(kept, make, Condensed))
+
+
+def casting_below(scene: Scene, settings: FeSettings, mesh: HexMesh | None) -> CondensedBlock | None:
+    """The casting between the end of its meshes and its foot; None where it is rigid. mesh : root only. Collective."""
+    if (foot := settings.foot_depth) is None:
+        return None
+    steel = scene.materials.wing.steel()
+
+    def make() -> CondensedBlock:
+        regions = tuple(int(body) for body in CROSSING if (cast(HexMesh, mesh).region == body).any())
+        prints = tuple(footprint(cast(HexMesh, mesh), body) for body in regions)
+        ends, elastic = (-settings.rail_depth, -foot), Elastic(steel.youngs_modulus, steel.poisson)
+        return kept(partial(casting_block, prints, regions, *ends, elastic, steel.density), CondensedBlock)
+
+    return on_root(make)
 
 
 def placed_across(scene: Scene, settings: FeSettings) -> tuple[Scene, LateralStart | None]:

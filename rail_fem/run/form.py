@@ -119,7 +119,7 @@ KEPT = (
     ),
     KeptShare(
         "bodies rigid 55 and 60 mm deep in place of 110 and 120 mm",
-        lambda result: result.settings.get("rail_depth") == RAIL_DEPTH,
+        lambda result: result.settings.get("rail_depth") == RAIL_DEPTH and not result.settings.get("foot_depth"),
         dict(zip(KNOWN, (-0.022, 0.012, -0.006, -0.012, -0.006, 0.000, 0.009, -0.012, -0.026))),
     ),
     KeptShare(

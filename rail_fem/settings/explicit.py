@@ -42,6 +42,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         ("finest", "0.5 mm", 1.5, "45 mm", True),
     )
 }
+LEAST_BLOCK = 20e-3  # of the casting below its meshes [m]
 MOST_SLENDER = 4.0  # length of an element along the rail over its size across, or the reverse
 
 
@@ -76,6 +77,16 @@ class FeSettings(Frozen):
     rail_depth: Annotated[float, Quantity("mm", 40, 250, "depth below rail level at which wing and nose are rigid")] = (
         RAIL_DEPTH
     )
+    foot_depth: Annotated[
+        float | None,
+        Quantity(
+            "mm",
+            60,
+            400,
+            "depth below rail level of the casting's foot: an elastic block as wide as wing and nose together lies"
+            " between it and rail_depth; none: rigid from rail_depth on",
+        ),
+    ] = None
     wheel_depth: Annotated[
         float, Quantity("mm", 40, 250, "depth below the tread datum at which the wheel is rigid")
     ] = WHEEL_DEPTH
@@ -182,6 +193,18 @@ class FeSettings(Frozen):
         if self.mesh and (self.error_twin or self.has_window):
             name = "error_twin" if self.error_twin else "window_ahead and window_behind"
             raise input_error("mesh", f"a mesh from a file is run as it is: leave {name} out")
+        return self
+
+    @model_validator(mode="after")
+    def _stands_on_its_foot(self) -> "FeSettings":
+        if self.foot_depth is not None and self.foot_depth < self.rail_depth + LEAST_BLOCK:
+            raise input_error(
+                "foot_depth",
+                f"foot_depth {self.foot_depth * 1e3:g} mm lies less than {LEAST_BLOCK * 1e3:g} mm below rail_depth"
+                f" {self.rail_depth * 1e3:g} mm: leave it out, or give a deeper one",
+            )
+        if self.foot_depth is not None and self.mesh:
+            raise input_error("foot_depth", "a mesh from a file ends where it is held: leave foot_depth out")
         return self
 
     @model_validator(mode="after")

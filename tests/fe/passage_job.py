@@ -1,11 +1,11 @@
 """A short coarse pass, started by test_passage.py on 1, 2 and 3 ranks: prints its last numbers, and can be cut off and
 gone on with.
 
-    python -m mpi4py tests/fe/passage_job.py STEPS [FOLDER [copy|restart|full|small|elastic|bearers]]
+    python -m mpi4py tests/fe/passage_job.py STEPS [FOLDER [copy|restart|full|small|elastic|foot|bearers]]
 
 copy: half way the folder is copied to FOLDER_cut, as a kill at that moment would leave it; full: with the fully
 integrated element; small: with heavier small elements; elastic: on the coarse elastic wheel of
-tests/fe/elastic_wheel.py; bearers: on a beam.
+tests/fe/elastic_wheel.py; foot: on the coarse casting of that in a travelling window; bearers: on a beam.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ from mpi4py import MPI
 from rail_fem.case.casefile import load_case
 from rail_fem.models import fe_full
 from rail_fem.run.form import PANEL
-from tests.fe.elastic_wheel import on_elastic_wheel, wheel_behind
+from tests.fe.elastic_wheel import casting_below, on_elastic_wheel, wheel_behind
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -36,11 +36,12 @@ def main(steps: int, folder: Path | None = None, how: str = "") -> None:
             "start": 0.30,
             "end": 0.42,
             "settle_time": 5e-5,
-            "mass_scaling": 9.0 if how == "small" else 1.0,
+            "mass_scaling": {"small": 9.0, "foot": 25.0}.get(how, 1.0),
             "scaled_elements": "small",
             "error_twin": False,
-            "window_ahead": None,
-            "window_behind": None,
+            "window_ahead": 0.06 if how == "foot" else None,
+            "window_behind": 0.06 if how == "foot" else None,
+            "foot_depth": 0.1 if how == "foot" else None,
             "history_interval": 2e-5,
             "field_frames": 2,
             "element": "full" if how == "full" else "one-point",
@@ -59,7 +60,8 @@ def main(steps: int, folder: Path | None = None, how: str = "") -> None:
             MPI.COMM_WORLD.barrier()
 
     stepping = patch.object(fe_full.Run, "_step", copy_half_way if how == "copy" else step)
-    with stepping, patch.object(fe_full, "wheel_behind", wheel_behind):
+    coarse = patch.multiple(fe_full, wheel_behind=wheel_behind, casting_below=casting_below)
+    with stepping, coarse:
         result = fe_full.solve(scene, settings, folder, restart=how == "restart")
     if MPI.COMM_WORLD.rank == 0:
         names = (

@@ -65,12 +65,13 @@ def test_pass_is_the_same_on_any_number_of_ranks(one_rank, ranks, request):
     [
         ("small", 3, "force wheel_height energy_plastic energy_hourglass"),
         ("elastic", 3, "force wheel_height energy_plastic energy_springs"),
+        ("foot", 3, "force wheel_height crossing_height energy_plastic energy_springs"),
         ("bearers", 3, "force wheel_height crossing_height energy_plastic"),
         ("full", 2, "force wheel_height energy_plastic"),
     ],
 )
 def test_pass_of_another_kind_is_the_same_on_more_ranks(kind, ranks, names, tmp_path):
-    """Heavier small elements, an elastic wheel, bearers, the full element: to round-off."""
+    """Heavier small elements, an elastic wheel, an elastic casting, bearers, the full element: to round-off."""
     one, more = (run_job(count, str(tmp_path / str(count)), kind) for count in (1, ranks))
     assert_same(one, more, names)
     assert kind != "bearers" or np.ptp(one["crossing_height"]) > 1e-8

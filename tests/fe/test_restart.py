@@ -27,7 +27,7 @@ from rail_fem.files.sealed import SealError
 from rail_fem.models import fe_full
 from rail_fem.scene.steel import MN13
 from rail_fem.settings.explicit import FeSettings
-from tests.fe.elastic_wheel import coarse_wheel, on_elastic_wheel
+from tests.fe.elastic_wheel import coarse_block, coarse_wheel, on_elastic_wheel
 from tests.rail_fem.test_readme import ROOT
 
 OURS, NOT_OURS = ("rail_fem", "geometry", "bem"), ("dolfinx", "mpi4py")
@@ -64,16 +64,11 @@ def start_of(model: str, running):
     )
 
 
-def new_run(model: str, bodies, folder, settings: FeSettings = SETTINGS, scene=CASE.scene, behind=None) -> Run:
+def new_run(model: str, bodies, folder, settings: FeSettings = SETTINGS, scene=CASE.scene, **condensed) -> Run:
     running, mesh, datum = bodies
-    return Run(
-        MPI.COMM_WORLD,
-        scene,
-        settings,
-        build_passage(MPI.COMM_WORLD, scene, settings, running, mesh, datum, start_of(model, running), behind=behind),
-        folder,
-        None,
-    )
+    start = start_of(model, running)
+    passage = build_passage(MPI.COMM_WORLD, scene, settings, running, mesh, datum, start, **condensed)
+    return Run(MPI.COMM_WORLD, scene, settings, passage, folder, None)
 
 
 def differences(there: Any, here: Any, path: str = "run", seen: set | None = None) -> list[str]:
@@ -157,7 +152,7 @@ def test_a_restarted_run_of_the_full_element_is_the_run_that_went_on(bodies, tmp
 
 def test_a_restarted_run_on_an_elastic_wheel_is_the_run_that_went_on(bodies, tmp_path):
     scene = on_elastic_wheel(CASE.scene)
-    live, again = (new_run("fe_full", bodies, tmp_path, SETTINGS, scene, coarse_wheel()) for _ in range(2))
+    live, again = (new_run("fe_full", bodies, tmp_path, SETTINGS, scene, behind=coarse_wheel()) for _ in range(2))
     steps(live, 150)
     live.save()
     again.resume()
@@ -165,6 +160,25 @@ def test_a_restarted_run_on_an_elastic_wheel_is_the_run_that_went_on(bodies, tmp
     for run in (live, again):
         steps(run, 20)
     assert differences(live, again) == [] and live.passage.axle.amplitude.any()
+
+
+def test_a_restarted_run_on_an_elastic_casting_is_the_run_that_went_on(bodies, tmp_path):
+    """While a travelling window goes on: what rides on the casting is weighed again. After a restart all facets of the
+    window count as near, and searches look at more of them."""
+    changed = {"foot_depth": 0.1, "window_ahead": 0.06, "window_behind": 0.06, "mass_scaling": 25.0}
+    settings = SETTINGS.model_copy(update=changed)
+    below = coarse_block(settings, bodies[1])
+    live, again = (new_run("fe_window", bodies, tmp_path, settings, below=below) for _ in range(2))
+    began = live.dynamics.window.active.copy()
+    steps(live, 90)
+    assert (live.dynamics.window.active != began).any()
+    live.save()
+    again.resume()
+    others = lambda: [path for path in differences(live, again) if not path.endswith("search.near")]
+    assert others() == []
+    for run in (live, again):
+        steps(run, 40)
+    assert others() == [] and live.passage.crossing.amplitude.any()
 
 
 @pytest.mark.parametrize("element", ["one-point", "full"])

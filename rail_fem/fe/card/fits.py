@@ -28,6 +28,7 @@ def unfit_for_card(scene: Scene, settings: FeSettings, ranks: int) -> list[str]:
     lacks = {
         f"{ranks} ranks: one drives it": ranks > 1,
         "bearers: their beam is the processor's": scene.bearers is not None and settings.foundation,
+        "foot_depth: its block is the processor's": settings.foot_depth is not None,
         "[scene.wheel_body]: its modes are the processor's": scene.wheel_body is not None,
         "a diverging route: nothing there holds a wheelset across the track": scene.diverging is not None,
     }
