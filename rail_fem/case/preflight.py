@@ -66,7 +66,7 @@ def _window_errors(scene: Scene, settings: BemPlasticSettings, model: str) -> li
 
 
 def _path_errors(scene: Scene, settings: PassSettings, model: str) -> list[str]:
-    """Why the wheel cannot stand at both ends of its path, or a wheelset of the diverging route not at the first."""
+    """Why the wheel cannot stand at both ends of its path, or a wheelset that is held across not at its first."""
     try:
         rigid_path(scene, np.sort(settings.window(scene)))
     except (CrossingError, ValueError) as error:
@@ -75,7 +75,7 @@ def _path_errors(scene: Scene, settings: PassSettings, model: str) -> list[str]:
 
 
 def _start_errors(scene: Scene, settings: Any, model: str) -> list[str]:
-    if scene.diverging is None:
+    if scene.diverging is None and getattr(settings, "check_rail", None) is None:
         return []
     from rail_fem.passes.lateral_start import start_errors
 

@@ -3,11 +3,11 @@ LightPass.
 
 The surfaces are searched for the wheel at several lateral positions (contact_table), the stock rail is the crossing's
 own rail ahead of the leg, mirrored. Each rail stands on a foundation and track mass of its own, each side of the
-wheelset under a sprung mass above its tread datum. Starts centred and parallel to the track, on a diverging route where
-the force across it is held (lateral_equilibrium) and at its angle of attack, which the suspension keeps. Left out:
-lateral and yaw springs of the suspension (they act over metres), lateral motion of the rails, the change of a contact's
-stiffness with the lateral position, plastic indentation in the stock rail, the load that a curve moves to the outer
-wheel.
+wheelset under a sprung mass above its tread datum. Starts centred and parallel to the track, or where the force across
+it is held (lateral_equilibrium): at a check rail that reaches it, on a diverging route, there at its angle of attack,
+which the suspension keeps. Left out: lateral and yaw springs of the suspension (they act over metres), lateral motion
+of the rails, the change of a contact's stiffness with the lateral position, plastic indentation in the stock rail, the
+load that a curve moves to the outer wheel.
 """
 
 from dataclasses import dataclass, replace
@@ -304,16 +304,16 @@ def diverging_start(
     scene: Scene, system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray
 ) -> np.ndarray:
     """A centred wheelset's position (8,) as the scene's diverging route has it: at the lateral position and the angle
-    of attack that it gives, in equilibrium where it gives none and something pushes. Errors: as lateral_equilibrium."""
+    of attack that it gives, in equilibrium where it gives none and something pushes, as a check rail does that reaches
+    past the centred flange's back, on any route. Errors: as lateral_equilibrium."""
     route = scene.diverging
-    if route is None:
-        return position
-    heading = route.angle_of_attack or 0.0
-    if route.lateral is None and system.load[LATERAL] == 0.0 and heading == 0.0 and system.stop[0] >= 0.0:
+    held, heading = (None, 0.0) if route is None else (route.lateral, route.angle_of_attack or 0.0)
+    nothing_pushes = system.load[LATERAL] == 0.0 and heading == 0.0 and system.stop[0] >= 0.0
+    if not system.free_dofs[LATERAL] or (held is None and nothing_pushes):
         return position
     position = position.copy()
     position[YAW] = heading
-    return lateral_equilibrium(system, contacts, position, route.lateral).position
+    return lateral_equilibrium(system, contacts, position, held).position
 
 
 def as_light(

@@ -138,6 +138,14 @@ class RigidHertzSettings(IndentationSettings):
         float | None, Quantity("mm", 0, 200, "flangeway of the check rail beside the other rail; none: no check rail")
     ] = None
 
+    @model_validator(mode="after")
+    def _moves_to_its_check_rail(self) -> "RigidHertzSettings":
+        if self.check_rail is not None and not self.takes_diverging_route:
+            raise input_error(
+                "check_rail", "check_rail is for degrees_of_freedom lateral_roll: leave it out, or take these"
+            )
+        return self
+
     @property
     def flexible_parts(self) -> tuple[str, ...]:  # type: ignore[override]  # by what else of it is asked
         return FLEXIBLE_PARTS if self.degrees_of_freedom == "vertical" else ()

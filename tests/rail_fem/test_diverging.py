@@ -144,6 +144,26 @@ def test_a_given_lateral_position_moves_the_wheelset_not_its_wheels_on_the_axle(
     assert np.isfinite(rigid_hertz.solve(held, over_the_nose).history["force"]).all()
 
 
+def test_a_check_rail_that_reaches_the_centred_wheelset_has_pushed_it_aside_before_the_pass():
+    """A flangeway of 37 mm, 0.5 mm less than there is to the centred flange's back: 25 kN at once, on any route."""
+    through = rigid_hertz.solve(CASE.scene.replace(speed="40 mph"), SHORT.replace(check_rail="37 mm"))
+    check, across = through.history["force_check"], through.history["wheel_lateral"]
+    assert 0 < check[0] < 10e3 and across[0] == pytest.approx(-0.5e-3 + check[0] / 50e6, abs=1e-6)
+    np.testing.assert_allclose(check[:5], check[0], rtol=1e-2)
+    diverging = rigid_hertz.solve(scene(check_rail="37 mm"), SHORT)
+    np.testing.assert_array_equal(diverging.history["force_check"], check)
+    squeezed = SHORT.replace(check_rail="30 mm", lateral_range="8 mm")
+    (said,) = preflight_errors(CASE.scene, squeezed, 1, "rigid_hertz")
+    assert "the wheelset overturns" in said and "another check_rail" in said
+
+
+@pytest.mark.parametrize("held", ["vertical", "roll"])
+def test_a_wheelset_that_cannot_move_across_takes_no_check_rail(held):
+    """It was ignored, or turned the axle over as a torque."""
+    with pytest.raises(ValueError, match="check_rail is for degrees_of_freedom lateral_roll"):
+        SHORT.replace(check_rail="36 mm", degrees_of_freedom=held)
+
+
 def test_without_a_check_rail_nothing_holds_the_wheelset_on_the_wing():
     """The wing has no gauge face beside the flange."""
     with pytest.raises(
