@@ -32,9 +32,9 @@ def study_report(title: str, settings: DamageSettings, found: dict[str, Any]) ->
     blocks: list[str | Sequence[str]] = [
         f"# {title}",
         *([f"**Ended before its {settings.passes:,.0f} passes: {found['ended']}**"] if "ended" in found else []),
-        f"{found['passes']:,.0f} wheel passes of {found['kinds']} kind(s); the shape changes by {law}, forces and"
-        f" patches are found anew on the changed shape {found['blocks']} times; calibration factor"
-        f" {settings.factor:g} on all laws.{_resets(found)}",
+        f"{found['passes']:,.0f} wheel passes of {found['kinds']} kind(s){'' if crossing else ' and position(s)'}; the"
+        f" shape changes by {law}, forces and patches are found anew on the changed shape {found['blocks']} times;"
+        f" calibration factor {settings.factor:g} on all laws.{_resets(found)}",
         f"Largest force {force['first'] / 1e3:.0f} kN at first, {force['end'] / 1e3:.0f} kN at the end{goes_over}.",
         *(_impacts(found["impacts"]) if crossing else []),
         _traffic(settings, found["tonnage"]),
@@ -268,7 +268,7 @@ def _impacts(found: dict[str, list[dict[str, Any]]]) -> list[str | list[str]]:
 
 def _limits(settings: DamageSettings, before: dict[str, float] | None = None) -> list[str | list[str]]:
     """before : plastic flow by a run before all wear, of damage.flow"""
-    flow = "No plastic flow in this study: a new casting changes its shape by flow before it wears."
+    flow = "No plastic flow in this study: new steel changes its shape by flow before it wears."
     if settings.plastic_flow:
         flow = (
             "Plastic flow goes by a law whose limit and strain were read off one explicit run (docs/models/damage.md)."

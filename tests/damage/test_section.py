@@ -21,11 +21,12 @@ from rail_fem.contact.load_sharing import static_equilibrium
 from rail_fem.damage import study
 from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.patch_figure import points_of, shown_pass
+from rail_fem.damage.report import study_report
 from rail_fem.damage.rolling import LONGEST, tractions
 from rail_fem.damage.section import scattered, sine_positions
 from rail_fem.damage.side_by_side import studies_table
-from rail_fem.damage.sites import laws_of, stepping_of, switch_section
-from rail_fem.damage.summary import _seized, shortest_block, years_of
+from rail_fem.damage.sites import laws_of, stepping_of, switch_section, tonnage_of
+from rail_fem.damage.summary import _seized, shortest_block, summary, years_of
 from rail_fem.damage.wear import worn_area
 from rail_fem.damage.worn_profile import WornOutError, depth_between
 
@@ -235,6 +236,15 @@ def test_accelerated_wear_begins_on_the_tongue():
     assert end.passes == pytest.approx(4)
     assert depth[on_switch].max() > 3 * depth[~on_switch].max() > 0
     assert end.first.widths[on_switch & (depth > 0.05 * depth.max())].sum() < 1.5e-3
+
+
+def test_a_switch_s_page_counts_positions_and_speaks_of_no_casting():
+    """One wheel at three positions of its sine were three kinds, and the switch rail a casting."""
+    case = load_case(CASE, QUICK)
+    section = switch_section(case.scene, case.damage)
+    rate, tonnage = section.rate(section.first()), tonnage_of(case.scene, case.damage)
+    told = study_report("", case.damage, summary(case.damage, begin(section), rate, rate) | {"tonnage": tonnage})
+    assert "0 wheel passes of 3 kind(s) and position(s);" in told and "casting" not in told
 
 
 def test_no_friction_wears_nothing_and_ten_is_finite():
