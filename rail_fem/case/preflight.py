@@ -14,8 +14,8 @@ from rail_fem.settings.light import BemPlasticSettings, PassSettings, unfit_part
 
 
 def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> list[str]:
-    """Parts of the scene that the model does not take, too little memory, more ranks than cells, a window that
-    leaves the crossing or settles across a transfer, a wheelset that cannot begin on the diverging route, a
+    """Parts of the scene that the model does not take, too little memory, more ranks than cells, a window that leaves
+    the crossing or settles across a transfer, a wheelset that cannot begin on the diverging route, too few bearers, a
     travelling window that is too short, elements too large for it, error bars that were never calibrated, a mesh of
     one's own that cannot be run, what a graphics card does not take, cells of the plastic half-space beyond what it
     takes; one line each with the remedy."""
@@ -36,6 +36,7 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
     try:
         settings = with_window(scene, asked)
         errors = window_errors(scene, settings, model)
+        _hold_track(scene, settings, settings.start, settings.end)
         if not errors:  # on a window that leaves the crossing there is nothing to estimate
             errors = impossible(scene, settings, ranks, model) + length_errors(scene, settings, model)
     except (CrossingError, ValueError) as error:
@@ -69,9 +70,18 @@ def _path_errors(scene: Scene, settings: PassSettings, model: str) -> list[str]:
     """Why the wheel cannot stand at both ends of its path, or a wheelset that is held across not at its first."""
     try:
         rigid_path(scene, np.sort(settings.window(scene)))
+        _hold_track(scene, settings, *settings.window(scene))
     except (CrossingError, ValueError) as error:
         return [f"run.{model}.start, end: {error}"]
     return _start_errors(scene, settings, model)
+
+
+def _hold_track(scene: Scene, settings: Any, *ends: float) -> None:
+    """Errors: ValueError where too few bearers carry the track about these ends of a window [m]."""
+    if scene.bearers is not None:
+        from rail_fem.passes.track_beam import track_beam
+
+        track_beam(scene.bearers, *sorted(ends), settings.beam_element, settings.beam_reach)
 
 
 def _start_errors(scene: Scene, settings: Any, model: str) -> list[str]:

@@ -13,6 +13,7 @@ from rail_fem.passes.vertical_pass import LightPass, common_history, foundation_
 from rail_fem.result.events import end_warnings, force_peaks, transfer_position
 from rail_fem.result.result import NAN, BearerSummary, Cost, PassResult, PatchSummary, Peak
 from rail_fem.scene.scene import Scene
+from rail_fem.scene.units import in_digits
 from rail_fem.settings.light import PassSettings
 
 
@@ -75,8 +76,8 @@ def light_result(
 def void_warnings(bearers: tuple[BearerSummary, ...]) -> tuple[str, ...]:
     """Of bearers that hang: how deep a void must be to stay open, as this model takes it to."""
     return tuple(
-        f"bearer {one.number} at x = {one.x * 1e3:.0f} mm hangs and sinks by {one.deflection * 1e3:.2g} mm: a void less"
-        " deep closes, and the ballast carries again, which this model leaves out"
+        f"bearer {one.number} at x = {one.x * 1e3:.0f} mm hangs and sinks by {in_digits(one.deflection * 1e3, 2)} mm: a"
+        " void less deep closes, and the ballast carries again, which this model leaves out"
         for one in bearers
         if one.state == "voided"
     )

@@ -15,6 +15,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from rail_fem.passes.beam_kernel import BeamBand, element_shape, heights_under, load_at
 from rail_fem.scene.bearers import BeamSection, Bearers
 
+FEWEST = 2  # bearers that hold a beam from turning
 HALF_BAND = 4  # height, rotation, bearer, height, rotation
 MERGED = 10e-3  # an end of the casting nearer to a bearer than this is moved there [m]
 ABSORBED = 0.5  # outer share of the track beyond the window whose motion is damped
@@ -134,11 +135,17 @@ def full_band(lower: np.ndarray) -> np.ndarray:
 
 @functools.lru_cache(maxsize=16)
 def track_beam(bearers: Bearers, low: float, high: float, element: float, reach: float) -> TrackBeam:
-    """The track from `reach` before `low` to `reach` behind `high` [m], elements at most `element` long [m]."""
+    """The track from `reach` before `low` to `reach` behind `high` [m], elements at most `element` long [m]. Errors:
+    ValueError where less than two bearers carry it."""
     numbers = np.arange(
         np.floor((low - reach - bearers.position) / bearers.spacing),
         np.ceil((high + reach - bearers.position) / bearers.spacing) + 1,
     ).astype(int)
+    if (carry := sum(bearers.factors(int(number))[2] > 0 for number in numbers)) < FEWEST:
+        raise ValueError(
+            f"{carry} of {len(numbers)} bearers carry the track of scene.bearers from {low - reach:.1f} to"
+            f" {high + reach:.1f} m, at least {FEWEST} must: leave them out of voided, missing and unlike_ballast = 0"
+        )
     x, at_bearer = nodes(bearers, numbers, element)
     sections = tuple(bearers.section(float(middle)) for middle in (x[1:] + x[:-1]) / 2)
     there = [(n, k) for n, k in zip(numbers, at_bearer) if bearers.factors(int(n))[0] > 0]

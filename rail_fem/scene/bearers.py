@@ -88,7 +88,9 @@ class Bearers(Frozen):
             count = len(getattr(self, name))
             if count and count != len(self.unlike):
                 raise input_error(
-                    "bearers", f"{count} factor(s) for {len(self.unlike)} bearer(s) of unlike: give one each", key=name
+                    "bearers",
+                    f"{count} factor(s) for {len(self.unlike)} bearer(s) of unlike: give one each",
+                    key=f"bearers.{name}",
                 )
         named = [*self.voided, *self.missing, *self.unlike]
         twice = sorted({number for number in named if named.count(number) > 1})
@@ -101,7 +103,7 @@ class Bearers(Frozen):
                 "bearers",
                 f"casting from {self.casting.start * 1e3:g} to {self.casting.end * 1e3:g} mm: give an end more than"
                 " half a bearer spacing beyond the start",
-                key="casting",
+                key="bearers.casting",
             )
         return self
 

@@ -37,13 +37,15 @@ class WheelBody(Frozen):
             raise input_error(
                 "wheel_body",
                 f"bore {self.bore_radius * 1e3:g} mm must be smaller than the hub's {self.hub_radius * 1e3:g} mm",
-                key="bore_radius",
+                key="wheel_body.bore_radius",
             )
         if not self.web_thickness < min(self.rim_width, self.hub_width):
-            raise input_error("wheel_body", "the web must be thinner than rim and hub are wide", key="web_thickness")
+            raise input_error(
+                "wheel_body", "the web must be thinner than rim and hub are wide", key="wheel_body.web_thickness"
+            )
         low, high = self.web_position - self.web_thickness / 2, self.web_position + self.web_thickness / 2
         if not self.rim_back <= low < high <= self.rim_back + self.rim_width:
-            raise input_error("wheel_body", "the web must lie within the rim's width", key="web_position")
+            raise input_error("wheel_body", "the web must lie within the rim's width", key="wheel_body.web_position")
         return self
 
     rim_back: ClassVar[float] = -FLANGE_BACK  # y of the flange back [m]

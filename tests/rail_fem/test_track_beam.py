@@ -7,7 +7,7 @@ import pytest
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.contact.contact_table import contact_table
-from rail_fem.hierarchy import solve
+from rail_fem.hierarchy import MODELS, solve
 from rail_fem.models import rigid_hertz
 from rail_fem.passes.beam_kernel import band_times, element_shape, leap
 from rail_fem.passes.beam_results import moments
@@ -226,6 +226,17 @@ def test_bearers_carry_the_wheel_and_a_hanging_one_carries_nothing():
     assert {"beam_element", "beam_reach", "time_step"} <= set(sound.error_estimate)
 
 
+@pytest.mark.parametrize("kind", ["voided", "missing"])
+@pytest.mark.parametrize("model", ["rigid_hertz", "fe_full"])
+def test_a_track_that_less_than_two_bearers_carry_is_refused_before_a_run(kind, model):
+    """One holds it up and lets it turn; two carry the wheel, however deep."""
+    own = MODELS[model].settings(start=-0.3, end=0.3, beam_reach=3.0)
+    for carry, words in ((0, "0 of"), (1, "1 of 13 bearers"), (2, "")):
+        gone = tuple(number for number in range(-10, 11) if number not in (-2, 3)[:carry])
+        found = preflight_errors(joint_scene(0.0).replace(bearers=bearers(**{kind: gone})), own, 1, model)
+        assert words in " ".join(found) if words else not found
+
+
 def test_a_stiff_casting_is_a_section_of_its_own(tmp_path):
     casting = RAIL | {"second_moment": "9000 cm^4", "mass": "180 kg/m", "start": "-650 mm", "end": "1250 mm"}
     scene = joint_scene(0.0)
@@ -259,7 +270,10 @@ BEARERS = (
         (BEARERS.replace("120 kg", "0 kg"), "scene.bearers.mass: 0 kg is outside"),
         (BEARERS.replace("pad_stiffness", "pad_stifness"), "unknown key, did you mean 'pad_stiffness'"),
         (BEARERS + "voided = [1]\nmissing = [1]\n", "bearer 1 is named twice"),
-        (BEARERS + "unlike = [1, 2]\nunlike_pad = [0.5]\n", "1 factor.s. for 2 bearer.s. of unlike"),
+        (
+            BEARERS + "unlike = [1, 2]\nunlike_pad = [0.5]\n",
+            "scene.bearers.unlike_pad: 1 factor.s. for 2 bearer.s. of unlike",
+        ),
         (BEARERS + "unlike = [1]\nunlike_pad = [0.0]\n", "name the bearer in missing"),
         (BEARERS + 'voided = ["one"]\n', "voided"),
         (BEARERS + '[scene.bearers.casting]\nstart = "0 m"\nend = "1 m"\n', "scene.bearers.casting.mass: missing"),
