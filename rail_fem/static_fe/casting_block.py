@@ -3,6 +3,7 @@ as wide as what stands on it, bridged where that is parted.
 
 The bodies on it move it by plane sections, linear in x between stations: a load at that depth is smooth.
 Error: from above in stiffness, by what the functions lack.
+Cost, 100 mm deep: 5, 11, 33 core seconds and 0.7, 1.1, 1.9 GB for 0.5, 1, 2 m of wing and nose.
 """
 
 from __future__ import annotations
@@ -10,12 +11,13 @@ from __future__ import annotations
 import numpy as np
 
 from bem.material import Elastic
+from geometry.meshing.axis import graded_line
 from geometry.meshing.blocks import mesh_grid
 from geometry.meshing.hexmesh import HexMesh
 from rail_fem.fe.condensed_body import SECTION, CondensedBlock
 from rail_fem.static_fe.condensed import Factor, Solid
 
-ELEMENT, STATION = 20e-3, 20e-3  # of the block, quadratic; between stations, at most [m]
+ELEMENT, STATION = 20e-3, 20e-3  # of the block at its top, quadratic; between stations, at most [m]
 BEYOND = 1.0  # length of the block beyond the meshes, over its depth
 AT_ONCE = 64  # motions solved for together
 # first frequency of a rod on its foot: of half its mass at its end 2^0.5 c / L, of a share of that half pi / 2 c / L
@@ -80,7 +82,8 @@ def _block(
     cells = lambda length: int(np.ceil(length / element - SAME)) + 1
     x = np.linspace(*ends, cells(ends[1] - ends[0]))
     widest = (side(x, 2, np.max) - side(x, 1, np.min)).max()
-    mesh = mesh_grid(x, np.linspace(0, 1, cells(widest)), np.linspace(foot, top, cells(depth)))
+    z = graded_line(foot, top, (top - min(element, depth), top), element)
+    mesh = mesh_grid(x, np.linspace(0, 1, cells(widest)), z)
     low, high = side(mesh.points[:, 0], 1, np.min), side(mesh.points[:, 0], 2, np.max)
     mesh.points[:, 1] = low + mesh.points[:, 1] * (high - low)
     solid = Solid(mesh, steel, density)
