@@ -96,14 +96,19 @@ class ContactResult:
 
     def stick_zones(self, step: int = -1) -> list[tuple[np.ndarray, np.ndarray]]:
         """Ends (2,), (2,) [m] of each run of sticking nodes, where the square of the friction's reserve goes linearly
-        to zero."""
+        to zero, or the patch ends."""
         state, points = self.steps[step], self.interface.points
         sticks = (state.state == STICK) & (state.pressure > 0)
         bound = self.friction * state.pressure[sticks] if np.isfinite(self.friction) else np.inf
         reserve = np.zeros(len(points))
         reserve[sticks] = np.minimum(bound - np.abs(state.shear[sticks]), np.finfo(float).max ** 0.25)
+        patches = self.patches(step)
+        begin, end = {p.nodes[0]: p.begin for p in patches}, {p.nodes[-1]: p.end for p in patches}
         return [
-            (_edge(points, reserve, run[0], -1, len(run)), _edge(points, reserve, run[-1], 1, len(run)))
+            (
+                begin.get(run[0], _edge(points, reserve, run[0], -1, len(run))),
+                end.get(run[-1], _edge(points, reserve, run[-1], 1, len(run))),
+            )
             for run in runs(sticks)
         ]
 

@@ -11,13 +11,21 @@ from bem.exact.tangential import (
     dundurs_beta,
     spence_line_stick,
 )
-from bem.material import Elastic, contact_modulus
+from bem.material import STEEL, Elastic, contact_modulus
 from bem.plane.body import Body
 from bem.plane.contact import Settings, solve_contact
-from bem.plane.coulomb import BACKWARD, FORWARD, STICK
+from bem.plane.coulomb import BACKWARD, FORWARD, STICK, Control
 from bem.plane.rolling import solve_rolling
 from bem.verification.cases import LOAD, non_conformal
-from bem.verification.exact_problems import FRICTION, SOFT_STEEL, UNLIKE, pressed_discs, spence_friction, spence_ratios
+from bem.verification.exact_problems import (
+    FRICTION,
+    SOFT_STEEL,
+    UNLIKE,
+    pressed_discs,
+    spence_friction,
+    spence_ratios,
+    two_discs,
+)
 from bem.verification.exact_problems import HALF_WIDTH as A
 from tests.bem.closed_forms import cattaneo_sphere
 from tests.order import assert_order
@@ -90,6 +98,14 @@ def test_unloading_slips_back():
     limit = FRICTION * HERTZ.max_pressure
     exact = cattaneo_line_shear(x, A, limit, np.sqrt(0.4)) - 2 * cattaneo_line_shear(x, A, limit, np.sqrt(0.7))
     assert np.abs(last.shear + exact)[away_from(x, np.sqrt(0.4) * A, np.sqrt(0.7) * A, A)].max() < 0.03 * limit
+
+
+def test_no_stick_zone_is_wider_than_its_patch():
+    """Pushed back by a little, all nodes stick: the zone's edge lay 4 % beyond the patch's."""
+    pushes = [Control.of(force=(share * 0.4 * 2e6, -2e6)) for share in (0.0, 0.6, 0.3)]
+    result = solve_contact(*two_discs(1.0, STEEL, STEEL), pushes, friction=0.4)
+    ((begin, end),), (patch,) = result.stick_zones(), result.patches()
+    assert begin[0] == patch.begin[0] and end[0] == patch.end[0]
 
 
 def test_steady_rolling_is_carters():
