@@ -51,12 +51,18 @@ def case_warnings(scene: Scene, settings: Frozen) -> list[str]:
 
 
 def _off_the_sections(scene: Scene, settings: Frozen) -> list[str]:
-    """A path that meets none of the sections of a crossing, whose ends are carried on."""
-    read = scene.crossing.read
-    if read is None or not isinstance(settings, (FeSettings, PassSettings)):
+    """A path that meets none of the sections of a crossing, whose ends are carried on, or not the joint."""
+    crossing, read = scene.crossing, scene.crossing.read
+    if not isinstance(settings, (FeSettings, PassSettings)):
         return []
     path = (settings.start, settings.end) if isinstance(settings, FeSettings) else settings.window(scene)
     low, high = min(path), max(path)
+    if crossing.family == JOINT and (crossing.dip_angle or crossing.joint_gap) and not low < 0 < high:
+        return [
+            f"the path from x = {low * 1e3:g} to {high * 1e3:g} mm does not pass the joint, x = 0: give start and end"
+        ]
+    if read is None:
+        return []
     first, last = min(read.x), max(read.x)
     if low <= last and first <= high:
         return []

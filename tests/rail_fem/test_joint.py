@@ -11,6 +11,7 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CrossingError
 from geometry.surfaces.joint import Joint, joint_rail
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.case.warnings import case_warnings
 from rail_fem.contact.contact_pairs import ContactPairError
 from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
 from rail_fem.result.low_pass import filtered_peak
@@ -131,6 +132,13 @@ def test_damping_takes_the_force_below_the_formula_and_a_low_pass_further():
     run = hertz_pass(scene, FILTERED)
     peaks = [filtered_peak(run, cutoff).value for cutoff in (500.0, 50.0, 20.0)]
     assert (np.diff(peaks) < 0).all() and peaks[-1] > scene.static_wheel_load
+
+
+def test_a_path_that_does_not_pass_the_joint_is_told():
+    """The models' own begins at x = 95 mm, where a crossing's wheel is on the wing; plain line has no joint to miss."""
+    told = lambda scene, **ends: " ".join(case_warnings(scene, RigidHertzSettings(**ends)))
+    assert "does not pass the joint" in told(joint_scene(10e-3)) and "joint" not in told(joint_scene(0.0))
+    assert "joint" not in told(joint_scene(10e-3), start=-0.1, end=0.7)
 
 
 def test_over_a_gap_the_rigid_wheel_stands_on_the_nearer_rail_end():
