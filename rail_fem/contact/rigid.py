@@ -87,7 +87,8 @@ def with_window(scene: Scene, settings: Settings) -> Settings:
     """The settings of any model, with start and end where fe_window's leave them open: so that the wheel has settled
     LEAD before the position where a rigid wheel changes body, and runs on for FOLLOW behind it.
 
-    Errors: CrossingError, ValueError where a rigid wheel changes body nowhere on the common path.
+    Errors: CrossingError, ValueError where a rigid wheel changes body nowhere on the common path, or a given end lies
+    beyond the one found.
     """
     if not isinstance(settings, FeSettings) or None not in (settings.start, settings.end):
         return settings
@@ -100,7 +101,10 @@ def with_window(scene: Scene, settings: Settings) -> Settings:
     start = transfers.min() - LEAD - settling_distance(scene, settings)
     chosen = {"start": start, "end": transfers.max() + FOLLOW}
     chosen = {name: round(scene.direction_sign * x, 4) for name, x in chosen.items() if getattr(settings, name) is None}
-    return settings.model_copy(update=chosen)
+    found = settings.model_copy(update=chosen)
+    if scene.direction_sign * (found.end - found.start) <= 0:
+        raise ValueError(f"{found.start * 1e3:g} mm lies not before {found.end * 1e3:g} mm: give both")
+    return found
 
 
 def window_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:

@@ -59,7 +59,8 @@ def case_facts(case: Case, model: str, ranks: int) -> dict[str, Any]:
 def case_report(case: Case, model: str, ranks: int, every_key: bool = False) -> tuple[str, list[str]]:
     """The scene and numerics in engineers' units, derived numbers, cost and warnings; and the input errors that forbid
     the run. every_key : also those that are not set or belong to another family of crossings"""
-    scene, settings = case.scene, case.runs[model]
+    scene = case.scene
+    settings: Any = case.runs[model]
     errors = preflight_errors(scene, settings, ranks, model)
     explicit = isinstance(settings, FeSettings)
     settings = settings if errors else with_window(scene, settings)
@@ -70,9 +71,9 @@ def case_report(case: Case, model: str, ranks: int, every_key: bool = False) -> 
     if not errors and explicit:
         lines += _rigid(scene, settings)
     lines += ["", f"run.{model}", *_section(settings, every_key)]
-    if explicit:
+    if explicit and settings.start is not None and settings.end is not None:  # fe_window's stay open where errors are
         lines += ["", f"cost on {ranks} rank(s), to a factor of about two", *_cost(scene, settings, ranks)]
-    else:
+    elif not explicit:
         lines += ["", "cost", *_light_cost(scene, settings)]
         lines += [row("wall time", "some seconds", "most of it for the search of the surfaces")]
     if isinstance(settings, BemPlasticSettings) and not errors:

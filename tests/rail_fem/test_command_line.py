@@ -162,3 +162,19 @@ def test_the_terminal_shows_no_log_where_a_library_has_set_a_handler_for_all(tmp
     answer = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert answer.returncode == 0 and "dip limit: " in answer.stdout
     assert "WARNING" not in answer.stdout + answer.stderr
+
+
+@pytest.mark.parametrize(
+    "changes, words",
+    [
+        (["scene.crossing.family=joint"], "never changes body"),
+        (["run.fe_window.start=900 mm"], "900 mm lies not before"),
+        (["run.fe_window.end=200 mm"], "lies not before 200 mm: give both"),
+    ],
+)
+def test_a_window_that_cannot_be_found_is_an_input_error_of_check(tmp_path, changes, words):
+    """What forbids the run left its ends open, and the cost asked for them."""
+    text = Path("cases/nose_transfer.toml").read_text(encoding="utf-8")
+    (tmp_path / "case.toml").write_text(text.replace("ratio = 10.75", "").partition("[run.")[0] + "[run.fe_window]\n")
+    told = call("check", tmp_path / "case.toml", *(word for one in changes for word in ("--set", one)), code=2).output
+    assert "run.fe_window.start, end: " in told and words in told
