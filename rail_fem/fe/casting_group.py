@@ -6,8 +6,8 @@ not compute too, so that each motion is kicked by itself, relative to the foot o
 
     m (a'' + r U'') = forces of the elements - K a - d m a',    M U'' = forces of supports + r^T (K a + d m a'),
 
-r the motions of a foot that rises. What makes nodes heavier than steel is not the sections' but the foot's: M is the
-mass of the case less all the rest. Replicated: every rank does the same.
+r the motions of a foot that rises. What makes the nodes outside a window heavier than steel is not the sections' but
+the foot's: M is the mass of the case less all the rest. Replicated: every rank does the same.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ class CastingGroup(RigidGroup):
         square = eigh(self.block.stiffness, np.diag(self.steel), eigvals_only=True)[-1]
         self.frequency = float(np.sqrt(square))  # type: ignore[misc]
 
-    def weigh(self, structure: Structure, own: np.ndarray) -> None:
-        super().weigh(structure, own)
+    def weigh(self, structure: Structure, own: np.ndarray, touched: np.ndarray) -> None:
+        super().weigh(structure, own, touched)
         if self.riding is None:
             self.structure, domain = structure, structure.domain
             body = np.zeros(domain.n_nodes, np.int64)
@@ -65,7 +65,9 @@ class CastingGroup(RigidGroup):
                 body[domain.cells[domain.region == region]] = number
             self.ones = np.ones(domain.n_nodes)
             self.riding = Riding(*self.block.place(domain.reference.reshape(-1, 3), body))
-        self.inertia = self.steel + self._on_sections(mass_on_sections, self.own_mass, self._owned(own))
+        # elements press on the nodes that are touched: these keep the mass with which the step is stable
+        self.ridden = np.where(own, np.where(touched, structure.mass, self.own_mass), 0.0)
+        self.inertia = self.steel + self._on_sections(mass_on_sections, self.ridden, self._owned(own))
         self.on_sections = float(self.along_z @ self.inertia)  # mass [kg]
 
     def _owned(self, nodes: np.ndarray) -> np.ndarray:
@@ -77,24 +79,30 @@ class CastingGroup(RigidGroup):
         kernel(*what, self.riding, out)
         return self.structure.domain.comm.allreduce(out)
 
-    def take_up(self, structure: Structure, before: np.ndarray, own: np.ndarray) -> float:
-        joins, leaves = self._owned(own & ~before), self._owned(before & ~own)
-        extra, mass, old, foot = structure.mass - self.own_mass, structure.mass, self.rates, self.foot_mass
-        joining, leaving = structure.v.reshape(-1, 3)[joins], self.velocities(leaves)
-        mine = [
-            extra[joins] @ joining[:, 2] - extra[leaves] @ leaving[:, 2],
-            mass[joins] @ (joining**2).sum(axis=1) - mass[leaves] @ (leaving**2).sum(axis=1),
-        ]
-        momentum, moved = structure.domain.comm.allreduce(np.array(mine))
-        moved += self.inertia @ old**2 + foot * self.velocity[2] ** 2
-        pushed = self._on_sections(work_on_sections, structure.v, self.own_mass, joins, structure.domain.n_owned)
-        joined = self._on_sections(mass_on_sections, self.own_mass, joins)
-        self.weigh(structure, own)
+    def take_up(self, structure: Structure, before: np.ndarray, own: np.ndarray, touched: np.ndarray) -> float:
+        joins, leaves, mass = self._owned(own & ~before), self._owned(before & ~own), structure.mass
+        joining, leaving, old = structure.v.reshape(-1, 3)[joins], self.velocities(leaves), self.rates
+        moved, momentum = self._motion(old)
+        self.weigh(structure, own, touched)
+        mine = np.array(
+            [
+                mass[joins] @ (joining**2).sum(axis=1) - mass[leaves] @ (leaving**2).sum(axis=1),
+                mass[joins] @ joining[:, 2] - mass[leaves] @ leaving[:, 2],
+            ]
+        )
+        kinetic, gained = structure.domain.comm.allreduce(mine)
+        pushed = self._on_sections(work_on_sections, structure.v, self.ridden, joins, structure.domain.n_owned)
+        stays = self.inertia - self._on_sections(mass_on_sections, self.ridden, joins)
+        new = (stays * old + pushed) / self.inertia
         if self.free[2]:
-            self.velocity[2] = (foot * self.velocity[2] + momentum) / self.foot_mass
-        new = ((self.inertia - joined) * old + pushed) / self.inertia
+            self.velocity[2] = (momentum + gained - self.along_z @ (self.inertia * new)) / self.foot_mass
         self.rate[:] = new - self.along_z * self.velocity[2]
-        return 0.5 * float(moved - self.inertia @ new**2 - self.foot_mass * self.velocity[2] ** 2)
+        return 0.5 * float(moved + kinetic - self._motion(new)[0])
+
+    def _motion(self, rates: np.ndarray) -> tuple[float, float]:
+        """Twice the kinetic energy [J], and momentum along z [kg m/s], of foot and sections at rates (m,)."""
+        foot, pushed = self.foot_mass * self.velocity[2], self.inertia * rates
+        return float(pushed @ rates + foot * self.velocity[2]), float(self.along_z @ pushed + foot)
 
     @property
     def rates(self) -> np.ndarray:
@@ -161,15 +169,9 @@ class CastingGroup(RigidGroup):
 
     def relaxing(self, damping: float) -> CastingGroup:
         steel = np.abs(self.block.stiffness).sum(axis=1) / (10 * damping) ** 2
-        nodes = self.structure.domain.node_input[self.members]
+        nodes, none = self.structure.domain.node_input[self.members], np.zeros_like(self.own_mass)
         return CastingGroup(
-            self.name,
-            nodes,
-            block=self.block,
-            steel=steel,
-            own_mass=self.structure.mass,
-            own_total=0.0,
-            damping=damping,
+            self.name, nodes, block=self.block, steel=steel, own_mass=none, own_total=0.0, damping=damping
         )
 
     def stand_as(self, other: CastingGroup) -> None:
@@ -179,7 +181,7 @@ class CastingGroup(RigidGroup):
         """Of foot, block and nodes, less what is counted with the nodes [J]. Collective."""
         s, own = self.structure, self.members[self.members < self.structure.domain.n_owned]
         counted = s.domain.comm.allreduce(float(s.mass[own] @ (s.v.reshape(-1, 3)[own] ** 2).sum(axis=1)))
-        return 0.5 * float(self.inertia @ self.rates**2 + self.foot_mass * self.velocity[2] ** 2 - counted)
+        return 0.5 * (self._motion(self.rates)[0] - counted)
 
     def spring_power(self) -> float:
         """Power of the block's elastic forces [W]."""

@@ -67,21 +67,21 @@ class RigidGroup:
         if self.holds is None:
             own = np.zeros(structure.domain.n_nodes, bool)
             own[local] = True
-            self.weigh(structure, own)
+            self.weigh(structure, own, own)
 
-    def weigh(self, structure: Structure, own: np.ndarray) -> None:
-        """Know the mass of the nodes that are its own now, (n_nodes,) bool. Collective."""
+    def weigh(self, structure: Structure, own: np.ndarray, touched: np.ndarray) -> None:
+        """Know the mass of the nodes that are its own now, (n_nodes,) bool, and of those a step touches. Collective."""
         owned = structure.domain.n_owned
         self.node_mass = float(structure.domain.comm.allreduce(structure.mass[:owned][own[:owned]].sum()))
 
-    def take_up(self, structure: Structure, before: np.ndarray, own: np.ndarray) -> float:
-        """Nodes (n_nodes,) bool are its own from now on, others were before: with those that join comes their momentum.
-        Returns the kinetic energy that ends so [J]. Collective."""
+    def take_up(self, structure: Structure, before: np.ndarray, own: np.ndarray, touched: np.ndarray) -> float:
+        """Nodes (n_nodes,) bool are its own from now on, of which a step touches some; others were before: with those
+        that join comes their momentum. Returns the kinetic energy that ends so [J]. Collective."""
         owned, joins = structure.domain.n_owned, own & ~before
         v, mass = structure.v.reshape(-1, 3)[:owned][joins[:owned]], structure.mass[:owned][joins[:owned]]
         sums = structure.domain.comm.allreduce(np.array([*(mass @ v), 0.5 * mass @ (v**2).sum(axis=1), mass.sum()]))
         momentum, kinetic, joined = sums[:3], sums[3], sums[4]
-        self.weigh(structure, own)
+        self.weigh(structure, own, touched)
         old = self.velocity.copy()
         kinetic += 0.5 * (self.mass - joined) * old @ old
         for c in range(3):

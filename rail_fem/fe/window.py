@@ -102,7 +102,7 @@ class TravellingWindow(DynamicsPart):
         """What follows from the range of active slabs. Collective."""
         self.within = self._reach(self.active)
         self._activate()
-        self.group.weigh(self.structure, self.rigid)
+        self.group.weigh(self.structure, self.rigid, self.within.touched)
         self.quiet_until = 0.0
 
     def _reach(self, active: np.ndarray) -> Reach:
@@ -182,7 +182,7 @@ class TravellingWindow(DynamicsPart):
         self._book_late_flow(self.active, active)
         self.active, self.within = active, after
         self._activate()
-        self.left_kinetic += self.group.take_up(s, was_rigid, self.rigid)
+        self.left_kinetic += self.group.take_up(s, was_rigid, self.rigid, after.touched)
         held = np.flatnonzero(self.rigid & self.within.touched)
         s.v.reshape(-1, 3)[held] = self.group.velocities(held)
         gone = before.touched & ~after.touched

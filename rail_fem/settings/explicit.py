@@ -84,7 +84,8 @@ class FeSettings(Frozen):
             60,
             400,
             "depth below rail level of the casting's foot: an elastic block as wide as wing and nose together lies"
-            " between it and rail_depth; none: rigid from rail_depth on",
+            " between it and rail_depth (with windows of 100 mm: 60 mm move forces by 1 to 2 %); none: rigid from"
+            " rail_depth on",
         ),
     ] = None
     wheel_depth: Annotated[
