@@ -64,7 +64,10 @@ def wheel_section(
     web = middle - body.web_thickness / 2, middle + body.web_thickness / 2
     rim, flange = (back, back + body.rim_width), (back, back + body.flange_thickness)
     if not flange[1] <= contact <= rim[1]:
-        raise ValueError(f"the contact at y = {contact * 1e3:g} mm is not on the tread behind the flange")
+        raise ValueError(
+            f"scene.wheel_body: the contact at y = {contact * 1e3:g} mm from the tread datum is not on the tread, from"
+            f" {flange[1] * 1e3:g} to {rim[1] * 1e3:g} mm there: give a wider rim_width"
+        )
     r_lines = [body.bore_radius, body.hub_radius, inner, radius, radius + body.flange_height]
     r = _filled(r_lines + ([] if within_rim is None else [radius - within_rim]), element)
     y = _filled([middle - half, middle + half, *web, *rim, flange[1], contact], element)
@@ -100,17 +103,9 @@ def wheel_modes(
 
     Errors: ValueError for a wheel that weighs as much as that, and those of `wheel_section`.
     """
-    section = wheel_section(body, radius, contact, element)
+    section, wheel_mass = weighed_section(body, radius, unsprung, steel, density, contact, element)
     at_contact = int(np.argmin(np.hypot(section.points[:, 0] - radius, section.points[:, 1] - contact)))
     found: list[tuple] = []
-    _, mass = matrices(section, 1, steel, density)
-    up = _upward(section)
-    wheel_mass = float(up @ (mass @ up))
-    if not wheel_mass < unsprung:
-        raise ValueError(
-            f"scene.wheel_body: the wheel weighs {wheel_mass:.0f} kg, half a wheelset {unsprung:.0f} kg: make it"
-            " lighter"
-        )
     for n in range(MOST_HARMONICS):
         own = _harmonic(section, n, steel, density, unsprung - wheel_mass, at_contact, highest)
         found += own
@@ -121,6 +116,28 @@ def wheel_modes(
     softness = 1 / (modal * frequency**2) if len(modal) else modal
     keep = softness > LEAST * softness.max(initial=0.0)
     return WheelModes(harmonic[keep], frequency[keep], modal[keep], axle[keep], wheel_mass)
+
+
+def weighed_section(
+    body: WheelBody,
+    radius: float,
+    unsprung: float,
+    steel: Elastic,
+    density: float,
+    contact: float = 0.0,
+    element: float = ELEMENT,
+) -> tuple[RingSection, float]:
+    """The section and what the wheel weighs [kg]. Errors: as wheel_modes."""
+    section = wheel_section(body, radius, contact, element)
+    _, mass = matrices(section, 1, steel, density)
+    up = _upward(section)
+    wheel_mass = float(up @ (mass @ up))
+    if not wheel_mass < unsprung:
+        raise ValueError(
+            f"scene.wheel_body: the wheel weighs {wheel_mass:.0f} kg, half a wheelset {unsprung:.0f} kg: make it"
+            " lighter"
+        )
+    return section, wheel_mass
 
 
 def _upward(section: RingSection) -> np.ndarray:
@@ -165,10 +182,20 @@ def modes_of(scene: Scene, highest: float, contact: float = 0.0) -> WheelModes |
     """Of the scene's wheel up to `highest` [Hz]; None where the scene has a rigid wheel. Errors: as wheel_modes."""
     if scene.wheel_body is None:
         return None
+    return wheel_modes(scene.wheel_body, *_of_scene(scene), highest, contact)
+
+
+def _of_scene(scene: Scene) -> tuple[float, float, Elastic, float]:
+    """Radius, unsprung mass, steel and density of its wheel."""
     steel = scene.materials.wheel.steel()
     elastic = Elastic(steel.youngs_modulus, steel.poisson)
-    unsprung = scene.vehicle.wheel_unsprung_mass
-    return wheel_modes(scene.wheel_body, scene.wheel.radius, unsprung, elastic, steel.density, highest, contact)
+    return scene.wheel.radius, scene.vehicle.wheel_unsprung_mass, elastic, steel.density
+
+
+def section_of(scene: Scene) -> RingSection:
+    """Of the scene's wheel with a body. Errors: as wheel_modes, in a tenth of a second."""
+    assert scene.wheel_body is not None
+    return weighed_section(scene.wheel_body, *_of_scene(scene))[0]
 
 
 def with_modes(masses: Masses, scene: Scene, modes: WheelModes | None) -> Masses:

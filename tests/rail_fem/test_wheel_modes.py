@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh
 
 from bem.material import Elastic
+from rail_fem.case.preflight import preflight_errors
 from rail_fem.models import rigid_hertz
 from rail_fem.passes import wheel_modes as module
 from rail_fem.passes.fourier_section import grid_section, matrices
@@ -172,3 +173,13 @@ def test_a_wheel_that_is_too_heavy_or_has_no_web_is_told():
         wheel_modes(BODY, RADIUS, 100.0, STEEL, DENSITY, 3e3)
     with pytest.raises(ValueError, match="no web"):
         wheel_modes(BODY, 0.19, UNSPRUNG, STEEL, DENSITY, 3e3)
+
+
+@pytest.mark.parametrize(
+    "body, said", [({"hub_radius": 0.36}, "no web"), ({"rim_width": 0.06, "web_position": -0.04}, "not on the tread")]
+)
+def test_a_check_refuses_a_wheel_that_cannot_be(body, said):
+    """Once more than the run, which begins by it."""
+    scene = make_scene(wheel_body=WheelBody(**body))
+    (error,) = preflight_errors(scene, RigidHertzSettings(), 1, "rigid_hertz")
+    assert error.startswith("scene.wheel_body: ") and said in error
