@@ -33,6 +33,8 @@ def score_table(record: Record, pair: Alignment, scores: list[Score]) -> str:
         lines.append(
             f"{name:>10}" + "".join(f"{p:>{n}}" for p, n in zip(peaks, (13, 13, 8, 14))) + f"{apart:>15}{seen:>11}"
         )
+    if unit == "kN" and record.values.mean() < 0:
+        lines.append("the record's forces are negative, here a wheel that presses has a positive one: turn their sign")
     return "\n".join(lines)
 
 

@@ -88,6 +88,13 @@ def test_a_record_moved_along_the_track_is_found_again(result, tmp_path):
     assert smooth.coherence > 0.97
 
 
+def test_a_record_of_forces_of_the_other_sign_is_told(result):
+    record = of_result(result, "force")
+    turned, pair = replace(record, values=-record.values), align(record, record, None)
+    said = [score_table(one, pair, [score(pair, 500.0)]) for one in (record, turned)]
+    assert "turn their sign" not in said[0] and "turn their sign" in said[1]
+
+
 @pytest.mark.parametrize("common, found", [(0.92, True), (0.88, False)])
 def test_an_alignment_keeps_half_of_the_shorter_one(common, found):
     """Two stretches of 1.8 m of which 51 and 49 % are common, the dip's blows in the midst of them: half is 0.9 m."""
