@@ -36,8 +36,12 @@ def run_control(control: ControlExperiment, trend: Trend, folder: Path, swept: C
 
 
 def control_words(control: ControlExperiment, trend: Trend, folder: Path, swept: CaseChanges = AS_IT_IS) -> str:
-    """The control in a line, with what came out; what it changes stands in the file of groups."""
-    found = run_control(control, trend, folder, swept)
+    """The control in a line, with what came out, or that nothing did on this scene; what it changes stands in the file
+    of groups."""
     quantity = control.quantity or trend.quantity
     order = f" ({quantity}: {' < '.join(control.order or trend.order)})" if control.quantity or control.order else ""
-    return f"{control.says}{order}: {found.words(MEASURES[quantity].unit)}"
+    try:
+        found = run_control(control, trend, folder, swept).words(MEASURES[quantity].unit)
+    except TrendError:
+        found = f"{control.model} does not resolve it on this scene"
+    return f"{control.says}{order}: {found}"
