@@ -54,7 +54,7 @@ class CondensedBlock:
     Between stations the motion of a body's sections is linear, outside them that of the nearest one.
 
     first, apart, count (b,) : x of the first station of each body, distance between them [m], how many;
-    regions (b,) : of the mesh;  axis (b, 2) : y, z about which its sections turn [m]
+    regions (b,) : of the mesh;  axis (sum(count), 2) : y, z about which the section at each station turns [m]
     stiffness (n, n) : of n = SECTION * sum(count) motions relative to the foot, body after body, station after station
     mass (n,) : lumped [kg; kg m2];  weight : of the block [kg]
     """
@@ -73,8 +73,9 @@ class CondensedBlock:
         it is towards the next one (n,), 0 to 1, and its place (n, 2) about the axis [m]."""
         along = np.clip((positions[:, 0] - self.first[body]) / self.apart[body], 0.0, self.count[body] - 1.0)
         station = np.minimum(along.astype(np.int64), self.count[body] - 2)
-        before = np.cumsum([0, *self.count])[body]
-        return SECTION * (before + station), along - station, positions[:, 1:] - self.axis[body]
+        share, first = along - station, np.cumsum([0, *self.count])[body] + station
+        axis = (1 - share)[:, None] * self.axis[first] + share[:, None] * self.axis[first + 1]
+        return SECTION * first, share, positions[:, 1:] - axis
 
     @property
     def along_z(self) -> np.ndarray:

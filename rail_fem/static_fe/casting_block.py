@@ -54,7 +54,9 @@ def casting_block(
     solid, on, held = _block(prints, top, foot, steel, density, element, beyond)
     first, last = np.array([(own[0, 0], own[-1, 0]) for own in prints]).T
     count = np.maximum(np.ceil((last - first) / max(station, element) - SAME).astype(np.int64), 1) + 1
-    axis = np.array([((own[:, 1] + own[:, 2]).mean() / 2, top) for own in prints])
+    at = [own[0, 0] + np.linspace(0, 1, stations) * np.ptp(own[:, 0]) for own, stations in zip(prints, count)]
+    middle = np.concatenate([side_middle(own, x) for own, x in zip(prints, at)])
+    axis = np.column_stack([middle, np.full(len(middle), top)])
     apart, none = (last - first) / (count - 1), np.zeros(0)
     block = CondensedBlock(first, apart, count, np.array(regions), axis, none.reshape(0, 0), none, 0.0)
     nodes, body = np.concatenate(on), np.repeat(np.arange(len(on)), [len(own) for own in on])
