@@ -129,10 +129,10 @@ def test_what_is_left_in_the_metal_is_that_of_each_body():
     fall = np.where(y < 3, 0.3e-3, 0.0) + 1e-3
     moved = pulled[:, None] * [1.0, 0.0, 0.0] - fall[:, None] * [0.0, 0.0, 1.0]
     place(structure, structure.domain.reference.reshape(-1, 3) + moved, 1.0)
-    dynamics, crossing = Dynamics(structure), SimpleNamespace(displacement=np.array([0.0, 0.0, -1e-3]))
+    dynamics, relative = Dynamics(structure), structure.x.reshape(-1, 3) + [0.0, 0.0, 1e-3]
     dynamics.contact = SimpleNamespace(wheel=SimpleNamespace(offset=0.05))
     running = SimpleNamespace(start=0.0, end=6 * size)
-    passage = SimpleNamespace(mesh=mesh, running=running, crossing=crossing)
+    passage = SimpleNamespace(mesh=mesh, running=running, relative=relative)
     run = SimpleNamespace(dynamics=dynamics, passage=passage, comm=MPI.COMM_SELF, scene=with_leg_until(0.0))
     found = metal(run)
     assert found.keys() == {"wing", "nose"}
