@@ -131,8 +131,8 @@ class CastingGroup(RigidGroup):
         if not least < total:
             raise ValueError(
                 f"the casting weighs {least:.1f} kg over a foot at foot_depth, the {self.name} {total:.1f} kg in the"
-                " case: steel that is modelled cannot be taken away again; give a larger track_mass, a shorter path, or"
-                " leave foot_depth out"
+                " case: steel that is modelled cannot be taken away again; give a larger track_mass, a shorter path, a"
+                " smaller mass_scaling, or leave foot_depth out"
             )
         self.added_mass = total - self.mesh_mass - self.block.weight
 
