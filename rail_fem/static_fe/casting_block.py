@@ -1,5 +1,5 @@
-"""What the meshes of a casting stand on, condensed: a block from the plane on which they end to a rigid foot, at each x
-as wide as what stands on it, bridged where that is parted.
+"""What the meshes of a casting stand on, condensed: a block from the plane on which they end to a rigid foot, as wide
+as wing and nose together, bridged where these are parted; where one is not, that goes on from its end.
 
 The bodies on it move it by plane sections, linear in x between stations: a load at that depth is smooth.
 Error: from above in stiffness, by what the functions lack.
@@ -43,17 +43,16 @@ def casting_block(
     steel: Elastic,
     density: float,
     element: float = ELEMENT,
-    station: float = STATION,
     beyond: float = BEYOND,
 ) -> CondensedBlock:
     """The block under bodies, regions of the mesh, of which each has a `footprint`, from z = top down to z = foot [m].
 
-    element : of the block, quadratic;  station : between stations, at most [m], or an element;  beyond : length beyond
-        the bodies at both ends, over the depth
+    element : of the block, quadratic, and between stations where STATION is less [m];  beyond : length beyond the
+        bodies at both ends, over the depth
     """
     solid, on, held = _block(prints, top, foot, steel, density, element, beyond)
     first, last = np.array([(own[0, 0], own[-1, 0]) for own in prints]).T
-    count = np.maximum(np.ceil((last - first) / max(station, element) - SAME).astype(np.int64), 1) + 1
+    count = np.maximum(np.ceil((last - first) / max(STATION, element) - SAME).astype(np.int64), 1) + 1
     at = [own[0, 0] + np.linspace(0, 1, stations) * np.ptp(own[:, 0]) for own, stations in zip(prints, count)]
     middle = np.concatenate([side_middle(own, x) for own, x in zip(prints, at)])
     axis = np.column_stack([middle, np.full(len(middle), top)])
