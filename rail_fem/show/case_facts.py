@@ -154,7 +154,7 @@ def _cost(scene: Scene, settings, ranks: int) -> list[str]:
     estimate = foretold(scene, settings, ranks)
     body = "" if scene.wheel_body is None else " and the wheel condensed (two core minutes, 3.3 GB)"
     if settings.foot_depth is not None:
-        body += " and the casting condensed (5 core seconds, 0.7 GB for 0.5 m, 30 and 2 for 2 m)"
+        body += " and the casting condensed (5 to 30 core seconds, 1 to 2 GB; foot_depth 400 mm: to 70, 4)"
     return [
         row("cells", f"{estimate.cells:.2g}"),
         row("steps", f"{estimate.steps:.2g}", f"of {estimate.step * 1e9:.0f} ns"),

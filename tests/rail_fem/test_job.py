@@ -322,6 +322,10 @@ def test_check_shows_units_derived_numbers_cost_and_warnings(case, tmp_path):
         assert words in answer.output, words
     flexible = call("check", case, "--set", "scene.wheel_body={}").output
     assert "the wheel condensed" in flexible and "the wheel condensed" not in answer.output
+    deep = call("check", ROOT / "cases" / "nose_transfer.toml", "--set", "run.fe_full.foot_depth=400 mm").output
+    assert (
+        "the casting condensed" in deep and "foot_depth 400 mm: to 70, 4" in deep and "condensed" not in answer.output
+    )
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml"]
 
 
