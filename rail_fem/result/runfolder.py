@@ -168,7 +168,8 @@ def differences(there: Any, here: Any, key: str = "") -> list[str]:
         return [
             line for name in names for line in differences(there.get(name), here.get(name), f"{key}.{name}".lstrip("."))
         ]
-    return [] if there == here else [f"{key}: {there} there, {here} in this case (SI)"]
+    shown = lambda value: f"{value:.15g}" if isinstance(value, float) else value
+    return [] if there == here else [f"{key}: {shown(there)} there, {shown(here)} in this case (SI)"]
 
 
 def _empty(folder: Path) -> None:

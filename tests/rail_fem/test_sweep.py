@@ -245,7 +245,7 @@ def test_results_of_an_older_scene_are_named_and_kept_apart(cases, tmp_path):
     words = " ".join(again.output.split())
     assert (
         again.exit_code == 1
-        and "holds the result of another case or of an older version of it: scene.speed: 20.0 there" in words
+        and "holds the result of another case or of an older version of it: scene.speed: 20 there" in words
     )
     assert "good p2_formula: finished in" in words
 
