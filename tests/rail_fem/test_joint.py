@@ -13,8 +13,12 @@ from geometry.surfaces.joint import Joint, joint_rail
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.warnings import case_warnings
 from rail_fem.contact.contact_pairs import ContactPairError
+from rail_fem.fe.meshing import make_mesh
+from rail_fem.fe.running import running_of
 from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
 from rail_fem.result.low_pass import filtered_peak
+from rail_fem.run.form import form
+from rail_fem.settings.explicit import FeSettings
 from rail_fem.settings.light import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings
 from tests.rail_fem.joint_passes import (
     FILTERED,
@@ -166,6 +170,19 @@ def test_an_insulated_joint_s_gap_hands_the_wheel_from_rail_to_rail():
     assert peaks[0] == pytest.approx(1, rel=1e-5) and 1.05 < peaks[1] < peaks[2] < 2, peaks
     with pytest.raises(ContactPairError, match="beside a joint_gap: no half-space lies there; take rigid_hertz"):
         bem_passage.solve(scene, BemPassageSettings(start=-0.1, end=0.15))
+    ends = [row for words, row in form(found[2], by_passes=False).items() if words.startswith("a rail's end")]
+    assert ends[0]["impact_on_wheel"] > 0.4 * load and not any(
+        "end" in words for words in form(found[0], by_passes=False)
+    )
+
+
+def test_a_gap_s_rails_are_meshed_to_their_ends():
+    """For fe_full: it looked for a wing within the gap and beyond."""
+    scene = joint_scene(0.0).replace_si(crossing={"joint_gap": 12e-3})
+    settings = FeSettings(element_size=5e-3, start=-0.05, end=0.05)
+    mesh, *_ = make_mesh(scene, settings, running_of(scene, settings))
+    x = [mesh.points[mesh.cells[mesh.region == body], 0] for body in (0, 1)]
+    assert (x[0].max(), x[1].min()) == pytest.approx((-6e-3, 6e-3), abs=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,8 @@
 """What of a scene is meshed, and where finely: the rigid wheel's path says where a fine mesh must lie, before anything
 is meshed."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from geometry.meshing.band import HeadBand
@@ -68,17 +70,33 @@ def crossing_spec(
         close, design = path.x[near & (path.x >= low) & (path.x <= high)], path.x[near]
         if not len(close):
             continue
-        fine = (max(close[0] - PATCH_REACH, begin), close[-1] + PATCH_REACH)
+        section = crossing.wing_section if name == "wing" else crossing.nose_section
+        end = _last(section, close[0], close[-1] + PATCH_REACH + ENDS)
+        fine = (max(close[0] - PATCH_REACH, begin), min(close[-1] + PATCH_REACH, end))
         known = np.isfinite(point[:, 1]) & (gap < 4 * NEAR)
         x, y = point[known][np.argsort(point[known, 0]), :2].T
         band = HeadBand(crossing, name, x, y, HALF_BAND, EDGE)
-        around = (max(design[0] - PATCH_REACH, begin), design[-1] + PATCH_REACH)
+        around = (max(design[0] - PATCH_REACH, begin), min(design[-1] + PATCH_REACH, end))
         bodies[name] = BodyMeshSpec(
-            (max(fine[0] - ENDS, begin), fine[1] + ENDS), fine, band, anchor=anchor, design_x=around
+            (max(fine[0] - ENDS, begin), min(fine[1] + ENDS, end)),
+            fine,
+            band,
+            anchor=end if end < np.inf else anchor,
+            design_x=around,
         )
     return CrossingMeshSpec(
         settings.element_size, bodies.get("wing"), bodies.get("nose"), -settings.rail_depth, length=settings.along
     )
+
+
+def _last(section: Callable[[float], np.ndarray | None], low: float, high: float) -> float:
+    """Where a body ends that is there at x = low; inf where it is at x = high too [m]."""
+    if section(high) is not None:
+        return np.inf
+    while high - low > 1e-9:
+        middle = (low + high) / 2
+        low, high = (middle, high) if section(middle) is not None else (low, middle)
+    return low
 
 
 def wheel_bands(path: WheelPath, datum_y: float) -> tuple[tuple[float, float], ...]:
