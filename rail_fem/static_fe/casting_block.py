@@ -9,6 +9,8 @@ Cost, 100 mm deep: 5, 11, 33 core seconds and 0.7, 1.1, 1.9 GB for 0.5, 1, 2 m o
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bem.material import Elastic
@@ -16,6 +18,7 @@ from geometry.meshing.axis import graded_line
 from geometry.meshing.blocks import mesh_grid
 from geometry.meshing.hexmesh import HexMesh
 from rail_fem.fe.condensed_body import SECTION, CondensedBlock
+from rail_fem.fe.elastic_kernels import Riding, add_sections
 from rail_fem.static_fe.condensed import Factor, Solid
 
 ELEMENT, STATION = 20e-3, 20e-3  # of the block at its top, quadratic; between stations, at most [m]
@@ -64,7 +67,7 @@ def casting_block(
     stiffness, mass, weight = _condensed(solid, held, nodes, values)
     width = np.repeat([(own[:, 2] - own[:, 1]).mean() for own in prints], count)
     mass[3::SECTION] = mass[2::SECTION] * width**2 / 12
-    return CondensedBlock(first, apart, count, block.regions, axis, stiffness, SHARE * mass, weight)
+    return replace(block, stiffness=stiffness, mass=SHARE * mass, weight=weight)
 
 
 def _block(
@@ -107,15 +110,12 @@ def side_middle(own: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 def _motions(block: CondensedBlock, positions: np.ndarray, body: np.ndarray) -> np.ndarray:
     """Displacements (3 k, n) of positions (k, 3) on bodies (k,) by each motion of the sections."""
-    first, share, arm = block.place(positions, body)
-    values = np.zeros((len(positions), 3, SECTION * int(block.count.sum())))
-    rows = np.arange(len(positions))
-    for start, part in ((first, 1 - share), (first + SECTION, share)):
-        for c in range(3):
-            values[rows, c, start + c] += part
-        values[rows, 1, start + 3] -= part * arm[:, 1]
-        values[rows, 2, start + 3] += part * arm[:, 0]
-    return values.reshape(3 * len(positions), -1)
+    riding, all_of = Riding(*block.place(positions, body)), np.arange(len(positions))
+    motions = np.eye(SECTION * int(block.count.sum()))
+    values = np.zeros((len(motions), 3 * len(positions)))
+    for one, out in zip(motions, values):
+        add_sections(all_of, riding, one, out)
+    return values.T
 
 
 def _condensed(
