@@ -22,10 +22,10 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
     if unfit := unfit_parts(scene, asked):
         return [f"run.{model}: {error}" for error in unfit]
     if scene.wheel_body is not None:
-        from rail_fem.passes.wheel_modes import section_of
+        from rail_fem.passes.wheel_modes import refuse_impossible
 
         try:
-            section_of(scene)
+            refuse_impossible(scene.wheel_body, scene)
         except ValueError as error:
             return [str(error)]
     if isinstance(asked, BemPlasticSettings):

@@ -103,7 +103,8 @@ def wheel_modes(
 
     Errors: ValueError for a wheel that weighs as much as that, and those of `wheel_section`.
     """
-    section, wheel_mass = weighed_section(body, radius, unsprung, steel, density, contact, element)
+    section = wheel_section(body, radius, contact, element)
+    wheel_mass = weighed(section, unsprung, steel, density)
     at_contact = int(np.argmin(np.hypot(section.points[:, 0] - radius, section.points[:, 1] - contact)))
     found: list[tuple] = []
     for n in range(MOST_HARMONICS):
@@ -118,17 +119,8 @@ def wheel_modes(
     return WheelModes(harmonic[keep], frequency[keep], modal[keep], axle[keep], wheel_mass)
 
 
-def weighed_section(
-    body: WheelBody,
-    radius: float,
-    unsprung: float,
-    steel: Elastic,
-    density: float,
-    contact: float = 0.0,
-    element: float = ELEMENT,
-) -> tuple[RingSection, float]:
-    """The section and what the wheel weighs [kg]. Errors: as wheel_modes."""
-    section = wheel_section(body, radius, contact, element)
+def weighed(section: RingSection, unsprung: float, steel: Elastic, density: float) -> float:
+    """What the wheel weighs [kg]. Errors: ValueError where that is as much as half a wheelset."""
     _, mass = matrices(section, 1, steel, density)
     up = _upward(section)
     wheel_mass = float(up @ (mass @ up))
@@ -137,7 +129,7 @@ def weighed_section(
             f"scene.wheel_body: the wheel weighs {wheel_mass:.0f} kg, half a wheelset {unsprung:.0f} kg: make it"
             " lighter"
         )
-    return section, wheel_mass
+    return wheel_mass
 
 
 def _upward(section: RingSection) -> np.ndarray:
@@ -192,10 +184,10 @@ def _of_scene(scene: Scene) -> tuple[float, float, Elastic, float]:
     return scene.wheel.radius, scene.vehicle.wheel_unsprung_mass, elastic, steel.density
 
 
-def section_of(scene: Scene) -> RingSection:
-    """Of the scene's wheel with a body. Errors: as wheel_modes, in a tenth of a second."""
-    assert scene.wheel_body is not None
-    return weighed_section(scene.wheel_body, *_of_scene(scene))[0]
+def refuse_impossible(body: WheelBody, scene: Scene) -> None:
+    """Errors: as wheel_modes, of the scene's wheel with that body, in a tenth of a second."""
+    radius, unsprung, steel, density = _of_scene(scene)
+    weighed(wheel_section(body, radius, 0.0), unsprung, steel, density)
 
 
 def with_modes(masses: Masses, scene: Scene, modes: WheelModes | None) -> Masses:
