@@ -196,8 +196,7 @@ def pair_at(
         raise ContactPairError(
             f"{label or profile.label}: wheel or rail has no surface at x = {at[0]:g}, y = {at[1]:g} m, as where it"
             " stands on a rail's end or beside a joint_gap: no half-space lies there; take rigid_hertz or fe_full, or"
-            " another"
-            " window"
+            " another window"
         )
     wheel, point = WheelSurface(profile, rolling_radius, (*datum, -least)), np.array([*at, height])
     return ContactPair(point, _frame(wheel, rail, point), wheel, rail, wheel_steel, rail_steel, label)

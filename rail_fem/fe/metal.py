@@ -112,12 +112,12 @@ def falls(run: Run, worn: np.ndarray | None) -> dict[str, np.ndarray]:
 
     worn : (n,) [m] that wear has taken off each node, which does not count, on root; None: nothing
     """
-    domain, mesh, running = run.dynamics.domain, run.passage.mesh, run.passage.running
+    domain, mesh, running, relative = run.dynamics.domain, run.passage.mesh, run.passage.running, run.passage.relative
     end = running.start + run.dynamics.contact.wheel.offset - running.sign * CLEAR
     found = {"pressed": np.array(sorted((running.start, end)))}
     for body in CROSSING:
         nodes = run.comm.bcast(None if mesh is None else np.unique(mesh.surface[mesh.surface_region == body]), root=0)
-        positions = _positions(domain, run.passage.relative, nodes)
+        positions = _positions(domain, relative, nodes)
         if positions is not None:
             before, after = positions[:, :3].copy(), positions[:, 3:]
             before[:, 2] -= 0.0 if worn is None else worn[nodes]
