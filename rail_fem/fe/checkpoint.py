@@ -22,7 +22,7 @@ from rail_fem.fe.shared_file import Shared, SharedReader, write_shared
 from rail_fem.fe.state import LANES
 from rail_fem.fe.structure import Structure
 
-FORMAT = "12"
+FORMAT = "13"
 REMEDY = "remove it and --restart begins at the first step, or begin again with --overwrite"
 
 

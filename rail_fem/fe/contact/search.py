@@ -67,6 +67,7 @@ class PairSearch:
         "before",
         "near",
         "nearer_left",
+        "reachable",
         "farther_left",
         "steps_left",
         "started",
