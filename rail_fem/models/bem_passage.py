@@ -3,7 +3,7 @@ on the true gaps.
 
 At positions along the path, on each body that the wheel can reach there, the gap of the true surfaces is solved under
 the static load; its approach takes the place of the fitted paraboloid's in the contact's law. At the moments that
-matter (start, largest forces, most even sharing, end) the patches are solved under the forces that the pass found.
+matter (start, largest forces and Hertz pressures, most even sharing, end) patches are solved under the forces found.
 Resolves what rigid_hertz does, and the shape and pressure of patches that are no ellipses. Blind to edges (the
 half-space goes on beyond them, and is too stiff under a cone beside the rail's end), plastic flow within a patch and
 waves, which it flags. The patches solved under the forces of the pass say how far the law is off there
@@ -48,7 +48,7 @@ def solve(
     table = as_seen(solved_table(key, settings.patch_spacing, settings.cells), settings)
     started = working_time()
     run, errors = run_with_errors(scene, settings, contacts_of(scene, settings, table))
-    solved = solved_patches(key, settings, table, run, patch_steps(run))
+    solved = solved_patches(key, settings, table, run, patch_steps(table, run, load))
     patches = tuple(patch for patch, _, _ in solved)
     errors["pressure"] = max(p.error.max_pressure for _, p, _ in solved)
     flags = *bem_flags(scene, patches), *law_flags([contact for _, _, contact in solved], load)

@@ -99,7 +99,7 @@ def solve(
         for name, piece in found.items():
             flags += flow_flags(name, piece)
         metal, pieces = metal | left, pieces | found
-    patches = patches_at(table, run, patch_steps(run))
+    patches = patches_at(table, run, patch_steps(table, run, scene.static_wheel_load))
     errors |= {
         f"plastic_strain_{name}": bars[f"block_{name}"] / left["values"]["block"]
         for name, left in metal.items()

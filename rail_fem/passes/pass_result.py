@@ -7,8 +7,8 @@ import numpy as np
 
 from geometry.surfaces.bodies import BODIES
 from kernel_cache import working_time
-from rail_fem.contact.contact_table import ContactTable
-from rail_fem.passes.validity import Flag, flag_warnings, lift_flags, window_flags
+from rail_fem.contact.contact_table import ContactTable, patch_sizes
+from rail_fem.passes.validity import LOADED, Flag, flag_warnings, lift_flags, window_flags
 from rail_fem.passes.vertical_pass import LightPass, common_history, foundation_peak, history_rows
 from rail_fem.result.events import end_warnings, force_peaks, transfer_position
 from rail_fem.result.result import NAN, BearerSummary, Cost, PassResult, PatchSummary, Peak
@@ -41,10 +41,10 @@ def light_result(
         about["rigid_transfers"] = table.transfers.tolist()
         transfer = transfer_position(columns, sign, load)
         changes = bool(np.isfinite(transfer))
-    about["validity"] = found = [*lift_flags(run, load), *window_flags(scene, run, changes), *flags]
     peaks = force_peaks(columns, sign, load, leg_end=scene.crossing.leg_end)
     rows = history_rows(run, settings.history_interval)
     history = {name: values[rows] for name, values in columns.items()}
+    about["validity"] = found = [*lift_flags(history, load), *window_flags(scene, run, changes), *flags]
     bearers: tuple[BearerSummary, ...] = ()
     if run.beam is not None and scene.bearers is not None:
         from rail_fem.passes.beam_results import bearer_table
@@ -104,11 +104,17 @@ def body_columns(run: LightPass, table: ContactTable, point: np.ndarray) -> dict
     }
 
 
-def patch_steps(run: LightPass) -> list[int]:
-    """Steps whose patches are kept: start, largest force on each body, most even sharing, end."""
-    shared = np.minimum(run.force[0], run.force[1])
-    chosen = [0, int(np.argmax(run.force[0])), int(np.argmax(run.force[1])), len(run.time) - 1]
-    return sorted({*chosen, *([int(np.argmax(shared))] if shared.max() > 0 else [])})
+def patch_steps(table: ContactTable, run: LightPass, load: float) -> list[int]:
+    """Steps whose patches are kept: start, largest force on each body, largest Hertz pressure on each where it carries
+    more than LOADED of the static load [N], most even sharing, end."""
+    near, pressure = table.nearest(run.x), np.zeros_like(run.force)
+    for b, force in enumerate(run.force):
+        carries = force > LOADED * load
+        normal = force[carries] / np.cos(table.angle[b, near[carries]])
+        axes = patch_sizes(normal, table.radii[b, near[carries]], table.modulus[b])
+        pressure[b, carries] = normal / axes.prod(axis=1)
+    largest = [values for values in (*run.force, *pressure, run.force.min(axis=0)) if values.max() > 0]
+    return sorted({0, len(run.time) - 1, *(int(np.argmax(values)) for values in largest)})
 
 
 def patches_at(table: ContactTable, run: LightPass, steps: list[int]) -> tuple[PatchSummary, ...]:

@@ -4,7 +4,7 @@ found.
 A flag is {"what", "reason", "where"}: plain values, so that a result file carries them.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from geometry.surfaces.bodies import BODIES
 from rail_fem.contact.contact_table import ContactTable
 from rail_fem.passes.p2 import DIP_LIMIT
 from rail_fem.passes.vertical_pass import LightPass
-from rail_fem.result.events import OPEN, way_over
+from rail_fem.result.events import lost_contact, way_over
 from rail_fem.result.result import PatchSummary
 from rail_fem.scene.crossing import JOINT
 from rail_fem.scene.scene import Scene
@@ -22,6 +22,7 @@ from rail_fem.scene.scene import Scene
 FIRST_YIELD = 1.6
 # middle of the intersection off the contact point, over its half-width, beyond which Hertz' patch is a guess
 MOST_ASYMMETRY = 0.25
+LOADED = 0.1  # of the static load, from which a contact's patch is judged
 LARGEST_SHARE = 0.3  # of a patch's semi-axis in the smallest radius, beyond which a half-space is none
 SUDDEN = 0.5  # share of the lumped constant that the true one may differ by
 MOST_APPROACH = 0.1  # share by which a law's approach may differ from that of the gap solved under a pass' force
@@ -67,15 +68,15 @@ def p2_flags(scene: Scene, dip: float) -> Iterator[Flag]:
         )
 
 
-def lift_flags(run: LightPass, static_load: float) -> Iterator[Flag]:
-    """Of a wheel that leaves the rail: how often, and for how long in all."""
-    lifted = run.force.sum(axis=0) < OPEN * static_load
-    count, duration = np.count_nonzero(np.diff(np.r_[False, lifted].astype(int)) == 1), lifted.sum() * run.step
-    if count:
+def lift_flags(history: Mapping[str, np.ndarray], static_load: float) -> Iterator[Flag]:
+    """Of a wheel that leaves the rail: how often, and for how long in all, as tables and figures of its history say."""
+    lost = lost_contact(history["time"], history["x"], history["force"], static_load)
+    duration = sum(loss.end - loss.start for loss in lost)
+    if lost:
         yield flag(
             "lift-off",
-            f"the wheel lifts off {count} time(s), {duration * 1e3:.3g} ms in all: where it lands depends on all that"
-            " went before",
+            f"the wheel lifts off {len(lost)} time(s), {duration * 1e3:.3g} ms in all: where it lands depends on all"
+            " that went before",
         )
 
 
@@ -94,7 +95,7 @@ def lumped_flags(scene: Scene, table: ContactTable, run: LightPass, constant: fl
     near = table.nearest(run.x)
     carrier = np.argmax(table.height[:, near], axis=0)
     true = table.stiffness[carrier, near]
-    loaded = run.force.sum(axis=0) > 0.1 * scene.static_wheel_load
+    loaded = run.force.sum(axis=0) > LOADED * scene.static_wheel_load
     off = np.where(loaded, np.abs(true / constant - 1), 0.0)
     if off.max() > SUDDEN:
         i = int(np.argmax(off))
@@ -108,7 +109,7 @@ def hertz_flags(scene: Scene, table: ContactTable, run: LightPass, patches: tupl
     """Plastic flow, edges and conforming patches where a contact carries."""
     near = table.nearest(run.x)
     for b, body in enumerate(BODIES):
-        loaded = run.force[b] > 0.1 * scene.static_wheel_load
+        loaded = run.force[b] > LOADED * scene.static_wheel_load
         if not loaded.any():
             continue
         asymmetry = np.where(loaded, table.asymmetry[b, near], 0.0)

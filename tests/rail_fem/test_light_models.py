@@ -13,10 +13,12 @@ from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.contact.contact_table import contact_table, hertz_constants, patch_sizes
 from rail_fem.contact.intersection import equivalent_paraboloid
 from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
+from rail_fem.passes.pass_result import patch_steps, patches_at, pressure_peaks
 from rail_fem.passes.plastic_indentation import contacts_of
-from rail_fem.passes.validity import hertz_flags, lift_flags
+from rail_fem.passes.validity import hertz_flags
 from rail_fem.passes.vertical_dynamics import integrate
 from rail_fem.passes.vertical_pass import run_pass
+from rail_fem.result.events import flights
 from rail_fem.result.result import PatchSummary
 from rail_fem.settings.light import LumpedSettings, P2Settings, RigidHertzSettings
 from tests.order import assert_order
@@ -132,12 +134,27 @@ def test_contacts_beside_their_patch_are_flagged_and_those_in_its_middle_are_not
     )
 
 
-def test_lift_off_says_how_often_and_how_long():
-    """Three steps of 0.1 ms, then five."""
-    force = np.full((1, 20), 80e3)
-    force[0, 4:7] = force[0, 10:15] = 0.0
-    (flag,) = lift_flags(SimpleNamespace(force=force, step=1e-4), 80e3)
-    assert flag["reason"].startswith("the wheel lifts off 2 time(s), 0.8 ms in all")
+def test_lift_off_says_how_often_and_how_long_as_the_flights_of_the_result_do(scene):
+    nominal = scene.replace(
+        wheel=scene.wheel.replace(profile="P8"), foundation=scene.foundation.replace(stiffness="80 kN/mm")
+    )
+    result = rigid_hertz.solve(nominal, RigidHertzSettings(), judged=False)
+    (told,) = [line for line in result.warnings if line.startswith("lift-off")]
+    found = flights(result)
+    assert f"{len(found)} time(s), {sum(f.duration for f in found) * 1e3:.3g} ms in all" in told and len(found) > 1
+
+
+def test_the_largest_elastic_pressure_is_that_of_the_whole_path(scene):
+    """A nose is narrower where it is struck first than where the larger landing follows."""
+    nominal = scene.replace(wheel=scene.wheel.replace(profile="P8"))
+    settings = RigidHertzSettings()
+    table = contact_table(nominal, *settings.window(nominal), settings.path_spacing)
+    run = run_pass(nominal, settings, contacts_of(nominal, settings, table))
+    told = pressure_peaks(patches_at(table, run, patch_steps(table, run, nominal.static_wheel_load)))
+    every = pressure_peaks(patches_at(table, run, list(range(0, len(run.time), 10))))
+    for name, peak in every.items():
+        assert told[name].value >= 0.999 * peak.value, name
+    assert abs(told["elastic_pressure_nose"].time - run.time[np.argmax(run.force[1])]) > 1e-3
 
 
 def test_elastic_contact_is_harder_and_harder_steel_too(scene):
