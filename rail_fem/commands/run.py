@@ -13,7 +13,7 @@ def check(
     case: CaseArgument,
     model: ModelOption = None,
     settings: SetOption = None,
-    ranks: Annotated[int, typer.Option(help="ranks to estimate for", min=1)] = 2,
+    ranks: Annotated[int, typer.Option(help="ranks to estimate for, as many as mpirun starts", min=1)] = 1,
     every_key: Annotated[
         bool, typer.Option("--all", help="also keys that are not set, or of other families of crossings")
     ] = False,

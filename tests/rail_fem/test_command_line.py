@@ -58,6 +58,7 @@ def test_every_answer_can_be_had_as_one_json_object(case, runs, tmp_path):
     checked = strict(call("check", case, "--model", "lumped", "--json").stdout)
     assert checked["scene"]["speed"] == pytest.approx(33.528) and checked["errors"] == [] and checked["warnings"]
     explicit = strict(call("check", REFERENCE, "--json").stdout)
+    assert explicit["cost"]["ranks"] == 1, "as many as `run` by itself takes"
     assert explicit["cost"]["cells"] > 1e4 and len(explicit["derived"]["rigid_transfers"]) == 1
     ran = strict(call("run", case, "--model", "lumped", "--out", tmp_path / "run", "--json").stdout)
     shown = strict(call("show", tmp_path / "run", "--figures", "none", "--json").stdout)
