@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -46,8 +47,9 @@ class Table(NamedTuple):
         return cls([*rows[0]] if rows else [], [[*row.values()] for row in rows], title)
 
     def markdown(self) -> str:
-        """With its title above."""
-        cells = [[f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in row] for row in self.rows]
+        """With its title above; "-" where a number is not known."""
+        told = lambda cell: ("-" if math.isnan(cell) else f"{cell:.4g}") if isinstance(cell, float) else str(cell)
+        cells = [[told(cell) for cell in row] for row in self.rows]
         return "\n".join([*([self.title, ""] if self.title else []), *markdown_table(list(self.head), cells)])
 
     def csv(self) -> str:

@@ -3,6 +3,7 @@
 import pytest
 
 from rail_fem.files.markdown import markdown_table
+from rail_fem.show.table_and_figure import Table
 
 
 def test_a_table_has_a_rule_and_a_line_for_each_row():
@@ -18,3 +19,10 @@ def test_bars_and_line_breaks_do_not_end_a_cell():
 def test_a_row_of_another_length_is_refused():
     with pytest.raises(ValueError, match="a row of 1 cells in a table of 2 columns: alone"):
         markdown_table(["what", "why"], [["alone"]])
+
+
+def test_a_number_that_is_not_known_is_a_dash():
+    assert Table(["error", "of"], [[float("nan"), 0], [0.5, 1]]).markdown().splitlines()[2:] == [
+        "| - | 0 |",
+        "| 0.5 | 1 |",
+    ]
