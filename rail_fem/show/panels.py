@@ -11,9 +11,11 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from rail_fem.show.style import BODY, CURVES, NEVER_YIELDED, SKY, STRAIN_COLOURS, TOTAL, new_figure
 
+WITHIN_TEN = (1, 1.5, 2, 3, 5, 7)  # ticks of a logarithmic axis of less than a power of ten
 LEAST_SPAN = 0.01  # of an axis, of its values: less would draw round-off as a trend
 
 
@@ -52,6 +54,11 @@ class Panel(NamedTuple):
         positive = dict(zip("xy", np.isfinite(axes.dataLim.minpos)))  # without, a logarithmic axis warns
         scales = {f"{name}scale": "log" for name in self.log if positive[name]}
         axes.set(**scales, aspect="equal" if self.equal else "auto")
+        for name in self.log:
+            low, high = getattr(axes, f"get_{name}lim")()
+            if high < 10 * low:  # powers of ten would stand as 6 x 10^-1, wider than their room
+                plain = {"major_locator": LogLocator(subs=WITHIN_TEN), "major_formatter": "{x:g}"}
+                getattr(axes, f"{name}axis").set(**plain, minor_formatter=NullFormatter())
         low, high = axes.get_ylim()
         if "y" not in self.log and high - low < (least := LEAST_SPAN * max(abs(low), abs(high))):
             axes.set_ylim((low + high - least) / 2, (low + high + least) / 2)

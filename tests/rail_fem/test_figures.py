@@ -515,3 +515,12 @@ def test_round_off_is_drawn_as_no_trend():
     Panel("passes", "largest force [kN]", {"_force": ([30, 50], [123.0, 122.9999])}).draw(axes)
     low, high = axes.get_ylim()
     assert high - low == pytest.approx(1.23, rel=1e-3) and (low + high) / 2 == pytest.approx(122.99995)
+
+
+def test_a_logarithmic_axis_of_less_than_ten_has_plain_numbers():
+    """6 x 10^-1 beside 10^0 is wider than its room."""
+    figure, axes = new_panels(4.0)
+    Panel("radius", "strain", {"_strain": ([0.5, 2.0], [4.3, 130.0])}, log="xy").draw(axes)
+    figure.canvas.draw()
+    shown = [[label.get_text() for label in axis.get_ticklabels(which="both")] for axis in (axes.xaxis, axes.yaxis)]
+    assert {"0.5", "1", "2"} <= set(shown[0]) and "^" not in str(shown[0]) and "10^" in str(shown[1])
