@@ -1,7 +1,7 @@
 """Error and observed order against element size for every plane problem with an exact solution
 (bem/verification/exact_problems.py).
 
-`rail-fem study verification --only orders` tabulates them; RAIL_FEM_SMOKE=1: two sizes each, once each, in seconds.
+`rail-fem study verification --only orders` tabulates them; with --quick two sizes each, once each, in seconds.
 
 The order is that of the finest pair. In contacts the patch's edge falls anywhere between two nodes, and the error
 scatters with it:
@@ -12,7 +12,6 @@ pressure is that of no friction.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -76,10 +75,10 @@ def observed_order(sizes: np.ndarray, errors: np.ndarray, contact: bool) -> floa
     return float(np.polyfit(step[part], np.log(np.maximum(errors[part], 1e-300)), 1)[0])
 
 
-def measure(study: OrderStudy) -> tuple[np.ndarray, np.ndarray, list[float]]:
-    """Sizes (k,), errors (k, quantities) and the order of each quantity."""
-    sizes = np.array(study.sizes[:2] if os.environ.get("RAIL_FEM_SMOKE") else study.sizes, float)
-    phases = study.phases[:1] if os.environ.get("RAIL_FEM_SMOKE") else study.phases
+def measure(study: OrderStudy, coarse: bool = False) -> tuple[np.ndarray, np.ndarray, list[float]]:
+    """Sizes (k,), errors (k, quantities) and the order of each quantity. coarse : the two coarsest sizes, once each"""
+    sizes = np.array(study.sizes[:2] if coarse else study.sizes, float)
+    phases = study.phases[:1] if coarse else study.phases
     errors = np.array([np.max([np.atleast_1d(study.errors(s * phase)) for phase in phases], axis=0) for s in sizes])
     return sizes, errors, [observed_order(sizes, column, study.contact) for column in errors.T]
 
@@ -87,9 +86,9 @@ def measure(study: OrderStudy) -> tuple[np.ndarray, np.ndarray, list[float]]:
 HEAD = ["problem", "error of", "fineness", "error [%] at each", "observed order"]
 
 
-def lines_of(study: OrderStudy) -> list[list[str]]:
-    """Rows of the table for one problem, one for each quantity."""
-    sizes, errors, orders = measure(study)
+def lines_of(study: OrderStudy, coarse: bool = False) -> list[list[str]]:
+    """Rows of the table for one problem, one for each quantity; coarse : as of `measure`"""
+    sizes, errors, orders = measure(study, coarse)
     unit = "elements to the half contact" if study.contact else "element size [m], body of 1 m"
     told = lambda column: ", ".join(f"{size:g}: {error:.2g}" for size, error in zip(sizes, 100 * column))
     return [

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from rail_fem.case.casefile import load_case
 from rail_fem.hierarchy import MODELS, solve
-from rail_fem.studies.verification import hard_cases, page, speed_against_error
+from rail_fem.studies.verification import hard_cases, main, page, speed_against_error
 from tests.commands import call
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,10 +42,14 @@ def test_every_model_has_a_row_or_the_command_that_makes_it(tmp_path):
     assert all(f"| {model} | {model} |" in text for model in list(MODELS)[:4]) and "No run by bem_plastic" in text
 
 
-def test_what_was_not_asked_for_is_said_and_a_smoke_page_says_so(monkeypatch, capsys):
-    monkeypatch.delenv("RAIL_FEM_SMOKE", raising=False)
+def test_what_was_not_asked_for_is_said(capsys):
     assert "Not asked for" in speed_against_error(None)
     assert page({"one": lambda: "two\n"}) == "# Verification, from the runs\n\n## one\n\ntwo\n"
     assert capsys.readouterr().err == "one ...\n"  # it was silent for minutes
-    monkeypatch.setenv("RAIL_FEM_SMOKE", "1")
-    assert "no meaning" in page({})
+
+
+def test_a_quick_look_takes_two_sizes_and_says_that_orders_have_no_meaning(capsys):
+    """It took a core minute: --quick left the orders as they were."""
+    main(only="orders", quick=True)
+    said = capsys.readouterr().out
+    assert "orders have no meaning" in said and "3: " in said and ", 24: " not in said
