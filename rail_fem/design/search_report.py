@@ -134,10 +134,9 @@ def robustness(problem: Problem, found: Found, checked: Sequence[np.ndarray] = (
             change = 100 * (best / start - 1)
         known = change[np.isfinite(change)]
         if len(known):
-            lines.append(
-                f"{objective.quantity}: lower in {int((best < start).sum())} of {len(own)} passes, change from"
-                f" {known.min():+.1f} to {known.max():+.1f} %."
-            )
+            ends = dict.fromkeys(f"{end:+.1f}" for end in (known.min(), known.max()))  # one pass, or all alike: one
+            change = f"change {'from ' if len(ends) > 1 else ''}{' to '.join(ends)} %"
+            lines.append(f"{objective.quantity}: lower in {int((best < start).sum())} of {len(own)} passes, {change}.")
     return [*lines, ""] if lines else []
 
 
