@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from rail_fem.case.casetext import CaseTextError, read_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.scene.input_errors import describe_errors, plain, quoted, suggest
-from rail_fem.scene.scene import LOAD_KEYS, Frozen, Scene
+from rail_fem.scene.scene import LOAD_KEYS, NO_VALUE, Frozen, Scene
 from rail_fem.scene.units import typed
 from rail_fem.settings.explicit import PRESETS
 from rail_fem.settings.light import PassSettings
@@ -185,7 +185,7 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
     for key, value in changes.items():
         _change(table, key, value, path)
         holder, _, last = key.rpartition(".")
-        if holder == "scene.vehicle" and f"{holder}.{LOAD_KEYS.get(last)}" not in changes:
+        if holder == "scene.vehicle" and value not in NO_VALUE and f"{holder}.{LOAD_KEYS.get(last)}" not in changes:
             table["scene"]["vehicle"].pop(LOAD_KEYS.get(last), None)
         if holder.startswith("run.") and last == "preset":  # in place of what the file has beside it
             for given in set().union(*PRESETS.values()):

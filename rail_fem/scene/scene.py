@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from geometry.profiles.profile import Profile
 
 LOAD_KEYS = {"axle_load": "vehicle_sprung_mass", "vehicle_sprung_mass": "axle_load"}  # each is told by the other
+NO_VALUE = (None, "none")  # of a key that is left out, in Python and in a file
 LOAD_DIGITS = 1e-3  # to which both agree where both are told: tables have three digits
 SPIN_GYRATION = 0.25  # of a wheelset about its axle, where a case gives no inertia [m]
 READING = tuple(ProfileReading.__dataclass_fields__)  # keys of a wheel that say how its profile file is to be read
@@ -147,7 +148,8 @@ class Vehicle(Frozen):
         if not {"wheelset_unsprung_mass", "wheel_count", "axle_load"} <= set(known):
             return "1 t"  # never seen: their own errors are told
         if known["axle_load"] is None:
-            raise input_error("no_load", 'missing (sprung mass of the whole vehicle), or give axle_load = "22.5 t"')
+            remedy = 'neither it nor vehicle_sprung_mass is given: write one of the two, e.g. axle_load = "22.5 t"'
+            raise input_error("no_load", remedy, key="axle_load")
         axle, wheelset = known["axle_load"], known["wheelset_unsprung_mass"]
         if axle <= wheelset:
             raise input_error(
@@ -171,7 +173,7 @@ class Vehicle(Frozen):
         """As Frozen.replace_si; a new axle load or sprung mass takes the place of the other."""
         given = "vehicle_sprung_mass" if "vehicle_sprung_mass" in changes else "axle_load"
         other = LOAD_KEYS[given]
-        if given in changes or self.axle_load is not None:
+        if changes.get(given, self.axle_load) not in NO_VALUE:
             changes = {other: None} | changes
         return self._replaced(changes, {})
 

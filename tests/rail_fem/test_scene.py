@@ -32,6 +32,7 @@ def test_of_two_changes_of_a_load_neither_takes_the_place_of_the_other():
     """One takes the place of what the file has; both are a contradiction of who asked."""
     case, key = example("nose_transfer"), "scene.vehicle.{}".format
     assert load_case(case, {key("axle_load"): "22.5 t"}).scene.axle_load == 22.5e3
+    assert load_case(case, {key("axle_load"): "none"}).scene.axle_load == 66.25e3 / 4 + 1e3  # the file's own mass stays
     with pytest.raises(CaseError, match="axle_load: 22.5 t, but vehicle_sprung_mass"):
         load_case(case, {key("vehicle_sprung_mass"): "60 t", key("axle_load"): "22.5 t"})
 
@@ -43,13 +44,14 @@ def test_an_axle_load_stands_for_the_sprung_mass():
     assert scene.vehicle.vehicle_sprung_mass == 86e3 and scene.static_wheel_load == 22.5e3 * 9.81 / 2
     assert Scene.model_validate(scene.model_dump(mode="json")) == scene  # the file of a result holds both
     heavier = scene.replace(vehicle={"wheelset_unsprung_mass": "2 t"})
+    assert heavier.replace(vehicle={"axle_load": "none"}).vehicle.vehicle_sprung_mass == 82e3
     assert heavier.axle_load == 22.5e3 and heavier.vehicle.vehicle_sprung_mass == 82e3
     assert scene.replace(vehicle={"vehicle_sprung_mass": "66 t"}).axle_load == 17.5e3
     assert make_scene().replace(vehicle={"axle_load": "20 t"}).vehicle.vehicle_sprung_mass == 76e3
     for more, said in [
         ({"vehicle_sprung_mass": "80 t"}, "axle_load: 22.5 t, but vehicle_sprung_mass, .* make 21 t: leave one"),
         ({"axle_load": "0.9 t"}, "axle_load: 0.9 t is no more than the wheelset's own 1 t"),
-        ({"axle_load": None}, 'vehicle_sprung_mass: missing .*, or give axle_load = "22.5 t"'),
+        ({"axle_load": "none"}, "axle_load: neither it nor vehicle_sprung_mass is given: write one"),
     ]:
         with pytest.raises(InputError, match=said):
             Vehicle.checked(told | more)
