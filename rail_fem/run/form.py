@@ -157,7 +157,8 @@ def form(result: PassResult, by_passes: bool = True) -> dict[str, dict[str, floa
     own = {name: value for name, value in own.items() if value == value}
     shares = {kept.words: kept.shares for kept in KEPT if kept.holds(result)}
     if (off := MODELS[result.model].off) and result.scene.crossing.family != JOINT:
-        shares[f"{result.model} in place of fe_full"] = dict.fromkeys(FORCES, off[1])
+        over = off[1]  # of fe_full's force; a model further off than all of it can only lie above
+        shares[f"{result.model} in place of fe_full"] = dict.fromkeys(FORCES, over if over < 1 else -over / (1 + over))
     for words, share in shares.items():
         found[words] = {name: share[name] * value for name, value in own.items() if name in share}
     if by_passes and own and result.scene.diverging is None:
