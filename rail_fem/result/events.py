@@ -197,13 +197,18 @@ def end_warnings(
     settled: float = -np.inf,
     free_end: bool = False,
 ) -> tuple[str, ...]:
-    """What may be an accident of the window: a force that has not settled at its end, a wheel in the air there, peaks
-    close to one of its ends. free_end : no more steel is there than to the end of the path"""
+    """What may be an accident of the window: a start within the transfer, a force that has not settled at its end, a
+    wheel in the air there, peaks close to one of its ends. free_end : no more steel is there than to the path's end"""
     rows = after_settling(history, settled)
     x, force = rows["x"], rows.get("force", np.empty(0))
     if not len(force):
         return ()
     left, warnings = np.abs(x[-1] - x), []
+    if {"force_wing", "force_nose"} <= set(rows) and both_carry(rows)[0]:
+        warnings.append(
+            f"the run begins at x = {x[0] * 1e3:.0f} mm with wing and nose carrying at once, within the transfer: its"
+            " impact lacks what the wheel does before, let it begin earlier"
+        )
     at_end, before = force[left <= END_STRETCH].mean(), force[(left > END_STRETCH) & (left <= 2 * END_STRETCH)]
     if at_end > HIGH_END * static_load:
         trend = " and rising" if len(before) and at_end > before.mean() else ""

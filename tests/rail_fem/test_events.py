@@ -177,6 +177,16 @@ def test_a_run_that_ends_under_more_than_its_static_load_says_so(end, words):
     assert len(said) == (words != "1.17") and all(words in text and "x = 700 mm" in text for text in said)
 
 
+@pytest.mark.parametrize("start, told", [(0.21, True), (0.26, False)])
+def test_a_run_that_begins_within_the_transfer_says_so(start, told):
+    """Trailing over a nose of 1:21 from 700 mm, with the wing at half: 205 kN where a wheel from 1 m has 170."""
+    found = history(lambda x: np.clip((x - start) / 0.04 + 0.5, 0, 1))
+    said = end_warnings(found, {}, LOAD)
+    assert len(said) == told and all(
+        "begins at x = 200 mm with wing and nose carrying at once" in text for text in said
+    )
+
+
 @pytest.mark.parametrize("left, told", [(0.6, True), (0.695, True), (0.71, False)])
 def test_a_run_that_ends_in_the_air_says_so(left, told):
     found = history(on_nose((0.35, 1.0)), force=lambda x: np.where(x > left, 0.0, LOAD))
