@@ -54,13 +54,14 @@ def flag_warnings(flags: Sequence[Flag]) -> tuple[str, ...]:
 def p2_flags(scene: Scene, dip: float) -> Iterator[Flag]:
     """What the standard's formula leaves out in this scene."""
     told = f"dip angle {dip * 1e3:.3g} mrad"
-    if scene.direction == "trailing":
+    joint = scene.crossing.family == JOINT  # the formula's own scene, the same in both directions
+    if scene.direction == "trailing" and not joint:
         yield flag("trailing", "the formula is for the wheel that meets the nose; it knows no direction of travel")
     if not dip > 0:
         yield flag("no dip", f"{told}: the path does not rise at the transfer, the formula has no impact there")
     if dip > DIP_LIMIT * 1.001:  # read off a path, to less than a thousandth
         yield flag("dip limit", f"{told} is above the standard's {DIP_LIMIT * 1e3:g} mrad for a P8 wheel")
-    if scene.crossing.family != JOINT:  # the formula's own scene
+    if not joint:
         yield flag(
             "one impact",
             "the formula sees the transfer only: not, on a crossing, the leg, where the thesis' FE has its largest"

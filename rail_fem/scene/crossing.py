@@ -40,6 +40,16 @@ NAMED_CASTINGS = {
         "transition_length": "106 mm",
     }
 }
+# what is said of wing and nose, of what has none
+OWN_WORDS = {
+    JOINT: {"gauge lines intersect": "the joint", "wing rail": "rail", "wing": "rail"},
+    SWITCH: {
+        "gauge lines intersect": "the switch's toe",
+        "wing rail": "stock rail",
+        "wing": "stock rail",
+        "nose": "switch rail",
+    },
+}
 DIP_KEYS = "dip_angle", "dip_length", "dip_shape", "dip_bend", "joint_gap"
 SWITCH_KEYS = "switch_radius", "switch_entry"
 FILE_KEYS = "file", "mirror", "lateral", "height", "along", "extend"
@@ -218,6 +228,12 @@ class Crossing(FromFile):
         if self.family == SWITCH:
             return f"switch of R {self.switch_radius:g} m"
         return f"{CAST} crossing 1:{self.ratio:g}" if self.family == CAST else f"crossing {Path(self.file).name}"
+
+    def told(self, words: str) -> str:
+        """Words about wing and nose in those of a joint or a switch, where it is one."""
+        for one, own in OWN_WORDS.get(self.family, {}).items():
+            words = words.replace(one, own)
+        return words
 
     @property
     def surface(self) -> UnwornCrossing:

@@ -12,6 +12,7 @@ from rail_fem.contact.rigid import rigid_path
 from rail_fem.result.events import IMPACT, LARGEST, LEG, SHARE, settling_end, stated_peaks
 from rail_fem.result.quantities import FORCES as QUANTITIES
 from rail_fem.result.result import PassResult, Peak
+from rail_fem.scene.crossing import JOINT
 from rail_fem.show.panels import curve, legend_above, new_panels, ring
 from rail_fem.show.positions import label_distance, mark_positions
 from rail_fem.show.style import BODY, GREY, HALO, ORANGE, PURPLE, TOTAL, align_labels, give_title, words_instead
@@ -70,15 +71,22 @@ def force_figure(result: PassResult, title: str = "", ax: Any = None) -> Any:
     return figure
 
 
+def resolved_forces(result: PassResult) -> list[tuple[str, str, str, float, float]]:
+    """The rows of FORCES that the result has, in the words of its crossing: a joint has no nose."""
+    crossing = result.scene.crossing
+    return [
+        (column, crossing.told(words), colour, width, order)
+        for column, words, colour, width, order in FORCES
+        if np.isfinite(result.history[column]).any() and (column, crossing.family) != ("force_nose", JOINT)
+    ]
+
+
 def draw_forces(axes, result: PassResult) -> None:
     """Forces over x in kN, the largest of each named in the legend."""
-    history, peaks, bars = result.history, stated_peaks(result), result.error_bars
+    history, peaks, bars, crossing = result.history, stated_peaks(result), result.error_bars, result.scene.crossing
     marks = []
-    for column, words, colour, width, order in FORCES:
-        values = history[column]
-        if not np.isfinite(values).any():
-            continue
-        peak = peaks.get(LARGEST[column])
+    for column, words, colour, width, order in resolved_forces(result):
+        values, peak = history[column], peaks.get(LARGEST[column])
         found = f"largest {peak.value / 1e3:.1f} kN at x = {peak.x * 1e3:.1f} mm" if peak else "never touched"
         axes.plot(1e3 * history["x"], values / 1e3, color=colour, lw=width, zorder=order, label=f"{words}: {found}")
         if peak and column != "force":
@@ -87,7 +95,7 @@ def draw_forces(axes, result: PassResult) -> None:
     whose = "thin bar: elements, calibrated on other scenes" if result.calibrated else "_nolegend_"
     for name, marker, colour in (*MARKED, *marks):
         if peak := peaks.get(name):
-            found = f"{QUANTITIES[name]}: {peak.value / 1e3:.1f} kN at x = {peak.x * 1e3:.1f} mm"
+            found = f"{crossing.told(QUANTITIES[name])}: {peak.value / 1e3:.1f} kN at x = {peak.x * 1e3:.1f} mm"
             bar, form = bars.get(name, 0.0), result.form_bar(name)
             if form > 0:
                 axes.errorbar(

@@ -231,8 +231,8 @@ def beside(runs: Sequence[NamedResult], rows_of: Callable[[PassResult], Rows], h
     )
 
 
-def _words(name: str) -> str:
-    return FORCES.get(name, name.replace("_", " "))
+def _words(result: PassResult, name: str) -> str:
+    return result.scene.crossing.told(FORCES.get(name, name.replace("_", " ")))
 
 
 def numbers(runs: Sequence[NamedResult]) -> list[Part]:
@@ -242,12 +242,12 @@ def numbers(runs: Sequence[NamedResult]) -> list[Part]:
     def beside_rows(result: PassResult) -> Rows:
         form = lambda one: f"\u00b1 {one.form} by form, " if one.form else ""
         return [
-            (_words(one.name), one.value + bar(one.elements), (form(one) + one.where).removesuffix(", "))
+            (_words(result, one.name), one.value + bar(one.elements), (form(one) + one.where).removesuffix(", "))
             for one in headlines(result)
         ]
 
     def row(one: Headline) -> list[str]:
-        return [_words(one.name), one.value, bar(one.elements) or "-", bar(one.form) or "-", one.where]
+        return [_words(runs[0].result, one.name), one.value, bar(one.elements) or "-", bar(one.form) or "-", one.where]
 
     if len(runs) == 1:
         head = ["", "value", "bar of elements", "bar of form", "where"]

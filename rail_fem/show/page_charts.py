@@ -23,7 +23,7 @@ from rail_fem.result.quantities import FORCES as QUANTITIES
 from rail_fem.result.result import PassResult
 from rail_fem.scene.units import si_factor
 from rail_fem.show.fields import faces_from_above
-from rail_fem.show.force import FORCES, MARKED, computed_path, given_path, path_shift
+from rail_fem.show.force import FORCES, MARKED, computed_path, given_path, path_shift, resolved_forces
 from rail_fem.show.plan import contact_path, view_box
 from rail_fem.show.positions import distance_words
 from rail_fem.show.style import BODY, CURVES, GREEN, GREY, NEVER_YIELDED, ORANGE, PURPLE, STRAIN_COLOURS
@@ -101,11 +101,10 @@ def _forces(run: NamedResult, colour: str, alone: bool) -> list[Trace]:
     """The forces of a run with its marks: bars of elements in full, of form pale."""
     result, before = run.result, "" if alone else f"{run.name}: "
     x, data, peaks = 1e3 * result.history["x"], [], stated_peaks(result)
-    for (column, words, own, width, _), dash in zip(FORCES, DASHES):
-        if np.isfinite(values := result.history[column]).any():
-            look = {"line_width": width, "line_dash": "solid" if alone else dash}
-            shown = True if alone or column == "force" else "legendonly"
-            data.append(curve(x, values / 1e3, before + words, own if alone else colour, visible=shown, **look))
+    for (column, words, own, width, _), dash in zip(resolved_forces(result), DASHES):
+        look = {"line_width": width, "line_dash": "solid" if alone else dash}
+        shown, values = True if alone or column == "force" else "legendonly", result.history[column] / 1e3
+        data.append(curve(x, values, before + words, own if alone else colour, visible=shown, **look))
     largest = [(LARGEST[column], "o", own) for column, _, own, *_ in FORCES if column != "force" and alone]
     for name, mark, own in (*MARKED, *largest):
         if name in peaks:
@@ -129,7 +128,7 @@ def _mark(run: NamedResult, name: str, symbol: str, colour: str, before: str) ->
     bars = f" \u00b1 {elements / 1e3:.2g} ({whose})" if elements > 0 else ""
     bars += f" \u00b1 {form / 1e3:.2g} (form)" if form > 0 else ""
     told = f"{value:.1f}{bars} kN, x = {1e3 * peak.x:.1f} mm, t = {1e3 * peak.time:.2f} ms"
-    words = html.escape(before + QUANTITIES[name])
+    words = html.escape(before + run.result.scene.crossing.told(QUANTITIES[name]))
     point: Trace = {
         "type": "scatter",
         "mode": "markers",
@@ -177,7 +176,7 @@ def _events(result: PassResult) -> tuple[list[dict], list[dict]]:
         shapes.append(over | look | {"x0": 1e3 * start, "x1": 1e3 * end})
     if np.isfinite(at := 1e3 * result.transfer_x):
         shapes.append(over | {"type": "line", "x0": at, "x1": at, "line": {"color": GREEN, "width": 2, "dash": "dash"}})
-        words = f"load changes between wing and nose<br>x = {at:.1f} mm"
+        words = f"load changes between {result.scene.crossing.told('wing and nose')}<br>x = {at:.1f} mm"
         place = {"x": at, "y": 1, "yref": "paper", "xanchor": "left", "yanchor": "top", "align": "left"}
         notes.append(place | {"text": words, "showarrow": False, "font": {"color": GREEN}, "bgcolor": "#FFFFFFCC"})
     return shapes, notes

@@ -34,7 +34,8 @@ def mark_positions(axes, result: PassResult, label: bool = True) -> None:
         text = f"settling, until t = {time * 1e3:.3g} ms: peaks and shares are those after it"
         axes.axvspan(1e3 * history["x"][0], 1e3 * x, color=PURPLE, alpha=0.12, lw=0, zorder=0.4, label=words(text))
     if np.isfinite(result.transfer_x):
-        text = f"load changes between wing and nose, x = {result.transfer_x * 1e3:.1f} mm"
+        bodies = result.scene.crossing.told("wing and nose")
+        text = f"load changes between {bodies}, x = {result.transfer_x * 1e3:.1f} mm"
         axes.axvline(1e3 * result.transfer_x, color=GREEN, ls=(0, (6, 2)), lw=2, label=words(text))
 
 
@@ -42,7 +43,8 @@ def distance_words(result: PassResult) -> str:
     """What the axis of the running distance says, with the direction of travel."""
     ways = {"facing": "the wheel runs to the right \u2192", "trailing": "\u2190 the wheel runs to the left"}
     direction = ways[result.scene.direction]
-    return f"position x of the wheel's centre [mm]   ({direction}; x = 0: gauge lines intersect)"
+    origin = result.scene.crossing.told("gauge lines intersect")
+    return f"position x of the wheel's centre [mm]   ({direction}; x = 0: {origin})"
 
 
 def label_distance(axes, result: PassResult) -> None:

@@ -13,6 +13,7 @@ from rail_fem.result.history import COLUMNS
 from rail_fem.result.low_pass import CUTOFFS, filtered_peak
 from rail_fem.result.quantities import FORCES, REPORTED, impact_pressure
 from rail_fem.result.result import Cost, PassResult, load
+from rail_fem.scene.crossing import JOINT
 from rail_fem.scene.units import engineering, show
 from rail_fem.show.metal import MOST_DIGITS, amount, digits_beside, metal_rows
 from rail_fem.show.passes import passes_rows
@@ -27,7 +28,7 @@ def listed(what: str, texts: Sequence[str]) -> list[str]:
 
 
 def row(name: str, value: str, text: str = "") -> str:
-    return f"  {name:<34}{value:<17} {text}".rstrip()
+    return f"  {name:<33} {value:<17} {text}".rstrip()
 
 
 class Headline(NamedTuple):
@@ -56,9 +57,12 @@ def headlines(result: PassResult) -> list[Headline]:
         if (low := filtered_peak(result, cutoff)) is not None:
             force, where_low = engineering(low.value, "N", MOST_DIGITS), f"at x = {show(low.x, shown, 4)}"
             found.append(Headline(f"force low-passed at {cutoff:g} Hz", force, "", "", where_low))
-    words = f"transfer from {way_over(result.scene.direction_sign)}"
-    transfer = _with_bars(result, words, "transfer_x", result.transfer_x, "m", "")
-    found.append(transfer._replace(value="none" if np.isnan(result.transfer_x) else f"x = {transfer.value}"))
+    crossing = result.scene.crossing
+    if crossing.family != JOINT:
+        words = crossing.told(f"transfer from {way_over(result.scene.direction_sign)}")
+        transfer = _with_bars(result, words, "transfer_x", result.transfer_x, "m", "")
+        missing = "none" if np.isfinite(result.history["force_nose"]).any() else "not resolved"
+        found.append(transfer._replace(value=missing if np.isnan(result.transfer_x) else f"x = {transfer.value}"))
     if not np.isnan(pressure := impact_pressure(result)):
         words, where_it_is = "mean pressure at the first impact", "of contact, weighted by force"
         found.append(_with_bars(result, words, "impact_pressure", pressure, "Pa", where_it_is))
@@ -159,7 +163,10 @@ def form_table(result: PassResult) -> tuple[list[str], list[tuple[str, list[str]
     share = lambda moved, name: f"{100 * moved / REPORTED[name].of(result):.1f}"
     signed = lambda row, name: f"{100 * row[name] / REPORTED[name].of(result):+.1f}" if name in row else "-"
     rows = [
-        (FORCES[name], [signed(row, name) for row in result.form.values()] + [share(result.form_bar(name), name)])
+        (
+            result.scene.crossing.told(FORCES[name]),
+            [signed(row, name) for row in result.form.values()] + [share(result.form_bar(name), name)],
+        )
         for name in FORCES
         if np.isfinite(result.form_bar(name))
     ]

@@ -101,3 +101,29 @@ def test_no_letters_of_figures_are_too_small_to_read():
     sources = [path for package in ("rail_fem", "geometry", "bem") for path in (root / package).rglob("*.py")]
     sizes = [float(size) for path in sources for size in re.findall(r"fontsize=([\d.]+)", path.read_text("utf-8"))]
     assert len(sizes) > 10 and min(sizes) >= SMALLEST
+
+
+def test_a_joint_has_one_rail_and_a_switch_no_nose(scene):
+    """Both were told as crossings: "on the nose: never touched", "x = 0: gauge lines intersect"."""
+    said = {}
+    for family, start in (("joint", -0.1), ("switch", 2.7)):
+        result = solve(
+            "rigid_hertz",
+            scene.replace_si(crossing={"family": family}),
+            {"start": f"{start} m", "end": f"{start + 0.2} m"},
+        )
+        texts = [text.get_text() for text in force_figure(result).findobj(Text)]
+        said[family] = " ".join([*texts, *(row.name for row in headlines(result))])
+    assert "on the rail: largest" in said["joint"] and "x = 0: the joint)" in said["joint"]
+    assert all(word not in said["joint"] for word in ("on the nose", "wing rail", "transfer", "gauge lines"))
+    assert "transfer from stock rail to switch rail" in said["switch"] and "x = 0: the switch's toe" in said["switch"]
+    assert "on the switch rail: largest" in said["switch"] and "wing rail" not in said["switch"]
+    (told,) = solve("p2_formula", scene.replace_si(direction="trailing", crossing={"family": "joint"})).warnings or (
+        "",
+    )
+    assert "trailing" not in told
+
+
+def test_a_model_that_knows_one_body_resolves_no_transfer(scene):
+    at = {row.name: row.value for row in headlines(solve("lumped", scene, WINDOW))}
+    assert at["transfer from wing to nose"] == "not resolved"
