@@ -26,6 +26,7 @@ MM, UM = 1e3, 1e6
 LEAST = 1e-5  # of the deepest: what is less deep is drawn nowhere
 DECADES = 4  # of a depth map
 APART = 40e-3  # of the stations of the sections figure at least [m]
+FLOWN = 3.0  # spacings between patches from which on the wheel has flown between them
 STATIONS = 4
 OUTLINE = 960  # points of a section
 DEEPEST_SHOWN = -20e-3  # of a section [m]
@@ -42,7 +43,8 @@ def study_figures(
         "passes": (passes_panels(settings, state), f"wear by {law}, T\u03b3 and force as the shape changes", 1),
         "shakedown": (
             [shakedown_panel(before, after, state.first.parts)],
-            f"shakedown map, k = {settings.shear_yield / 1e6:.0f} MPa; elastic pressures",
+            f"shakedown map, k = {settings.shear_yield / 1e6:.0f} MPa; elastic pressures"
+            + (", bounded by the hardness" if settings.site == "crossing" else ""),
             1,
         ),
     }
@@ -100,9 +102,11 @@ def band_panels(settings: DamageSettings, state: Evolution) -> list[Panel]:
 
 
 def passes_panels(settings: DamageSettings, state: Evolution) -> list[Panel]:
-    """Deepest wear, T gamma and the largest force over the passes."""
+    """Deepest wear at the ends of the blocks of passes, T gamma and the largest force at their middles, whose shape
+    they are of."""
     log = np.vstack([np.zeros((1, 7)), state.log])
     passes, deepest, largest, mean, error, force = log.T[:6]
+    middles = (passes[1:] + passes[:-1]) / 2
     ends = np.array([d.max() for d in state.by_law.values()])
     share = deepest / max(deepest[-1], 1e-30) * UM
     wear = {
@@ -110,13 +114,13 @@ def passes_panels(settings: DamageSettings, state: Evolution) -> list[Panel]:
         "deepest; bars: error of the blocks": (passes, (deepest * UM, error * UM), "bars"),
     }
     tgamma = {
-        "largest of all points": (passes[1:], largest[1:], "o-"),
-        "mean over points and passes": (passes[1:], mean[1:], "s-"),
+        "largest of all points": (middles, largest[1:], "o-"),
+        "mean over points and passes": (middles, mean[1:], "s-"),
     }
     return [
         Panel("passes", "deepest wear [\u00b5m]", wear),
         Panel("passes", "T\u03b3 [N]", tgamma | region_lines(fatigue_of(settings), passes[[0, -1]])),
-        Panel("passes", "largest force [kN]", {"_force": (passes[1:], force[1:] / 1e3, "o-")}),
+        Panel("passes", "largest force [kN]", {"_force": (middles, force[1:] / 1e3, "o-")}),
     ]
 
 
@@ -173,7 +177,7 @@ def section_panels(site: CrossingSite, state: Evolution, stations: list[tuple[in
         lines: dict[str, tuple] = {f"{name}, wear": (own[near], -state.depth[body, i, near] * UM)}
         if site.flow is not None:
             lines[f"{name}, flow before"] = own[near], -site.flow[body, i, near] * UM, ":"
-        lost.append(Panel("y [mm]", "lost, vertically [\u00b5m]", lines))
+        lost.append(Panel("y [mm]", "change of height [\u00b5m]", lines))
     return sections + lost
 
 
@@ -204,11 +208,14 @@ def tgamma_panels(settings: DamageSettings, state: Evolution, before: CrossingRa
                 facts = own.facts.of(b)
                 order = np.argsort(facts.x)
                 words = f"_{body}, {when}, {k}" if k or not len(order) else f"{body}, {when}"
-                lines[words] = facts.x[order] * MM, facts.tgamma[order], style
-                damage[words] = facts.x[order] * MM, model.damage(facts.tgamma[order]) * 1e6, style
+                x, tgamma = facts.x[order], facts.tgamma[order]
+                flown = np.flatnonzero(np.diff(x) > FLOWN * settings.patch_spacing) + 1  # no patch, no line
+                x, tgamma = np.insert(x, flown, np.nan), np.insert(tgamma, flown, np.nan)
+                lines[words] = x * MM, tgamma, style
+                damage[words] = x * MM, model.damage(tgamma) * 1e6, style
     lines |= region_lines(model, state.worn.x[[0, -1]] * MM)
-    x, below = "x along the crossing [mm]", "below 0 wear takes cracks away"
-    return [Panel(x, "T\u03b3 of a patch [N]", lines), Panel(x, "damage by one axle [10\u207b\u2076]", damage, below)]
+    at, below = "x along the crossing [mm]", "below 0 wear takes cracks away"
+    return [Panel(at, "T\u03b3 of a patch [N]", lines), Panel(at, "damage by one axle [10\u207b\u2076]", damage, below)]
 
 
 def wheel_panels(settings: DamageSettings, site: CrossingSite, state: Evolution) -> list[Panel]:

@@ -13,6 +13,7 @@ from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.damage import crossing_site as crossing_site_module
 from rail_fem.damage import study
 from rail_fem.damage.evolution import Stepping, begin, evolve
+from rail_fem.damage.figures import passes_panels, tgamma_panels
 from rail_fem.damage.flow import FlowError, read_flow
 from rail_fem.damage.sites import crossing_site, laws_of, stepping_of, traffic_of
 from rail_fem.damage.traffic import WELD, Event
@@ -55,6 +56,22 @@ def test_volume_is_kept_over_blocks_and_nothing_is_worn_beside_the_metal(site):
     *_, end = evolve(site, 20, Stepping(block=10, smoothing=0.5e-3))
     assert end.worn.volume == pytest.approx(end.removed - end.beyond, rel=1e-9) and end.worn.volume > 0
     assert end.deepest == pytest.approx(end.depth.max(), rel=1e-12)
+
+
+def test_figures_tell_forces_of_the_shape_they_are_of_and_no_patch_where_the_wheel_flies(site):
+    """A block's rate is that of the shape in its middle: at first was drawn where the first block ends. Over the 70 mm
+    of a flight a line of 2 N joined both patches."""
+    *_, end = evolve(site, 20, Stepping(block=10, smoothing=0.5e-3))
+    _, tgamma, force = passes_panels(DamageSettings(hardness="5 GPa"), end)
+    assert [list(panel.lines[name][0]) for panel, name in ((tgamma, "largest of all points"), (force, "_force"))] == [
+        [5, 15]
+    ] * 2
+    case = load_case(CASE, QUICK | {"scene.wheel.profile": "P8", "scene.foundation.stiffness": "80 kN/mm"})
+    flown = crossing_site(case.scene, case.damage, {"start": "95 mm", "end": "560 mm"})
+    rate, state = flown.rate(flown.first()), begin(flown)
+    for panel in tgamma_panels(case.damage, state, rate, rate):
+        x = next(line[0] for name, line in panel.lines.items() if name.startswith("nose"))
+        assert np.isnan(x).sum() == 1 and np.nanmax(np.diff(x)) < 3 * 6.0  # mm
 
 
 def test_bodies_out_of_reach_change_nothing(site, rate, monkeypatch):
