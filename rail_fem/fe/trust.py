@@ -295,7 +295,7 @@ def _scaling_rows(scaling: MassScaling, mean: float, largest: float) -> list[Tru
     )
     shown = (
         f"density{' of the smallest element' if small else ''} times {scaling.factor:.4g} ({scaling.why}):"
-        f" {scaling.added:.0f} kg more in the meshes ({bodies}), as much less in the lumped masses of what"
+        f" {scaling.added:.0f} kg more in the meshes, with it {bodies}; as much less in the lumped masses of what"
         f" moves; {waves}"
         if scaling.factor > 1
         else "0 %: no mass scaling"
