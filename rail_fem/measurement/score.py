@@ -12,6 +12,7 @@ LEAST_OVERLAP = 0.5  # of the shorter record, that an alignment must keep
 MOST_SAMPLES = 5_000_000  # of record or result, both sampled alike
 MOST_PRODUCTS = 1e11  # of samples in the search for the best shift: some minutes
 NO_DEVIATION = 1e-9  # of a constant from its mean, over the constant: beyond the digits of a file, or round-off
+LONGEST_PERIOD = 0.1  # of the low pass for the alignment, of the shorter record: its ends are the filter's, not theirs
 SEGMENTS = 4  # of the common stretch, over which coherence is averaged (with half overlap)
 
 
@@ -45,11 +46,11 @@ class Alignment:
     rate: float
 
 
-def align(record: Record, own: Record, reach: float | None, cutoff: float = CUTOFFS[1]) -> Alignment:
+def align(record: Record, own: Record, reach: float | None) -> Alignment:
     """Move a record along the track to where it meets the result best, or leave it where it is.
 
-    The shift is that of the largest normalised correlation of both, low-passed at `cutoff`, to a fraction of a sample's
-    distance (parabola through three shifts).
+    The shift is that of the largest normalised correlation of both, low-passed at 50 Hz or, of short ones, at ten
+    periods to the shorter, to a fraction of a sample's distance (parabola through three shifts).
     reach : the largest shift looked at [m]; None: any; 0: as its positions say
     Errors: RecordError where both do not overlap.
     """
@@ -68,7 +69,8 @@ def align(record: Record, own: Record, reach: float | None, cutoff: float = CUTO
     a, b = np.interp(u, far(record), record.values), np.interp(v, far(own), own.values)
     shift = 0.0
     if reach != 0:
-        smooth_record, smooth_own = (low_pass(values, rate, min(cutoff, rate / 4)) for values in (a, b))
+        cutoff = min(max(CUTOFFS[1], rate / (LONGEST_PERIOD * min(len(a), len(b)))), rate / 4)
+        smooth_record, smooth_own = (low_pass(values, rate, cutoff) for values in (a, b))
         shift = _best_shift(smooth_record, smooth_own, u[0], v[0], step, reach)
     low, high = max(u[0] + shift, v[0]), min(u[-1] + shift, v[-1])
     if high - low < 10 * step:
