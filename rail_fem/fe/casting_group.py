@@ -16,7 +16,6 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
-from scipy.linalg import eigh
 
 from rail_fem.fe.condensed_body import CondensedBlock
 from rail_fem.fe.elastic_kernels import Riding, add_sections, kick_sections, mass_on_sections, work_on_sections
@@ -53,8 +52,6 @@ class CastingGroup(RigidGroup):
         self.work, self.push, self.amplitude, self.rate = np.zeros((4, self.size))
         self.along_z = self.block.along_z
         self.riding: Riding | None = None
-        square = eigh(self.block.stiffness, np.diag(self.steel), eigvals_only=True)[-1]
-        self.frequency = float(np.sqrt(square))  # type: ignore[misc]
 
     def weigh(self, structure: Structure, own: np.ndarray, touched: np.ndarray) -> None:
         super().weigh(structure, own, touched)
@@ -125,9 +122,18 @@ class CastingGroup(RigidGroup):
         """Of nodes, block and added mass [kg]."""
         return self.node_mass + self.added_mass + self.block.weight
 
+    def frequency(self, dampers: float) -> float:
+        """Also of dampers [N s/m] that take much of a light foot's velocity in a step."""
+        foot = 1 / np.sqrt(self.foot_mass) if self.free[2] or self.added_mass else 0.0  # one that is held may be let go
+        stretch = np.column_stack([np.diag(1 / np.sqrt(self.steel)), -foot * self.along_z])
+        square = np.linalg.eigvalsh(stretch.T @ self.block.stiffness @ stretch)[-1]
+        half = 0.5 * (self.damping * self.on_sections + dampers) * foot**2
+        return float(half + np.sqrt(half**2 + square))
+
     def add_mass_up_to(self, total: float, remedy: str) -> None:
-        moving = self.mesh_mass if self.moving_mass is None else self.moving_mass
-        least = moving + self.own_total + float(self.along_z @ self.steel)
+        # what a window does not compute rides as steel: at most all of the mesh
+        moving = self.mesh_mass if self.moving_mass is None else self.moving_mass + self.own_total
+        least = moving + float(self.along_z @ self.steel)
         if not least < total:
             raise ValueError(
                 f"the casting weighs {least:.1f} kg over a foot at foot_depth, the {self.name} {total:.1f} kg in the"

@@ -87,8 +87,7 @@ class ElasticGroup(RigidGroup):
         super().stand_as(other)
         self.amplitude = self.modes.T @ self.inertia @ (other.modes @ other.amplitude)
 
-    @property
-    def frequency(self) -> float:  # type: ignore[override]
+    def frequency(self, dampers: float) -> float:
         """Of the fastest mode, the rigid motion free where it is [rad/s]."""
         free = [c for c in range(3) if self.free[c] and self.mass > 0]
         b = self.decoupled.momentum[free]

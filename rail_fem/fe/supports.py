@@ -58,7 +58,6 @@ class RigidGroup:
         "reaction",
     )
 
-    frequency: ClassVar[float] = 0.0  # above those of what it moves by forces of its own [rad/s]
     size: ClassVar[int] = 0  # of what it sums over the ranks in a step, beside the reaction
     weighs_nodes: ClassVar[bool] = False  # whether `kinetic_energy` has that of all its nodes
 
@@ -109,6 +108,10 @@ class RigidGroup:
 
     def drift(self, dt: float) -> None:
         """What it has beside its rigid motion, after the step."""
+
+    def frequency(self, dampers: float) -> float:
+        """Above those of what it moves by forces of its own and of dampers on it [N s/m] [rad/s]."""
+        return 0.0
 
     @property
     def mass(self) -> float:
@@ -322,7 +325,8 @@ class Supports(DynamicsPart):
         return [*self.links, *self.guides, *self.elastic]
 
     def frequency(self) -> float:
-        return max((group.frequency for group in self.groups), default=0.0)
+        dampers = lambda group: sum(link.damping for link in self.links if group is link.a or group is link.b)
+        return max((group.frequency(dampers(group)) for group in self.groups), default=0.0)
 
     def power(self) -> float:
         """Of all springs on the groups [W]."""

@@ -122,6 +122,25 @@ def test_a_casting_that_cannot_stand_on_its_foot_is_refused():
             passage_of(light, SETTINGS.model_copy(update={"mass_scaling": factor}))
 
 
+def test_a_light_foot_has_what_mesh_and_block_leave_and_moves_within_the_step():
+    """100 g, without a window: block and foundation's damper bound the step. On a foot that is held it was 2.4 times as
+    long, and the mesh weighed twice."""
+    whole = SETTINGS.model_copy(update={"window_ahead": None, "window_behind": None})
+    crossing = passage_of(SCENE, whole).crossing
+    least = crossing.mesh_mass + crossing.along_z @ crossing.steel
+    on_foot = lambda mass: passage_of(SCENE.replace_si(foundation={"track_mass": least + mass}), whole)
+    with pytest.raises(ValueError, match="the casting weighs"):
+        on_foot(-0.1)
+    passage = on_foot(0.1)
+    d, crossing = passage.dynamics, passage.crossing
+    assert crossing.foot_mass == pytest.approx(0.1)
+    d.structure.x.reshape(-1, 3)[passage.on_wheel, 2] += 5e-3
+    crossing.velocity[2], dt, before = 1e-2, d.stable_step(), d.energies()["balance"]
+    for _ in range(100):
+        d.step(dt)
+    assert d.energies()["balance"] == pytest.approx(before, rel=1e-6)
+
+
 def test_the_block_of_a_case_is_as_heavy_as_its_steel():
     """69 mm of wing and nose, 45 mm below them, with its ends."""
     running = running_of(SCENE, SETTINGS)
