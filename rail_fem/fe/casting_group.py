@@ -112,6 +112,11 @@ class CastingGroup(RigidGroup):
     def velocities(self, nodes: np.ndarray) -> np.ndarray:
         return self._carried(nodes, self.rates)
 
+    def motion(self, nodes: np.ndarray, mass: float) -> np.ndarray:
+        v, steel = self.velocities(nodes), self.ridden[nodes]
+        own = np.array([steel.sum(), *(steel @ v), 0.5 * steel @ (v**2).sum(axis=1)])
+        return own + super().motion(nodes, mass - own[0])
+
     def _carried(self, nodes: np.ndarray, amounts: np.ndarray) -> np.ndarray:
         out = np.zeros(3 * self.structure.domain.n_nodes)
         add_sections(nodes, self.riding, amounts, out)

@@ -96,6 +96,11 @@ class RigidGroup:
         """Of nodes (k,) that ride on it, (k, 3) or of all (3,) [m/s]. Rank-local."""
         return self.velocity
 
+    def motion(self, nodes: np.ndarray, mass: float) -> np.ndarray:
+        """Of its nodes (k,) that no step touches, of some mass together: this [kg], momentum along x, y, z [kg m/s] and
+        kinetic energy [J] (5,). Rank-local."""
+        return mass * np.array([1.0, *self.velocity, 0.5 * self.velocity @ self.velocity])
+
     def pack(self, force: np.ndarray, mine: np.ndarray) -> None:
         """This rank's share of what the group sums over all ranks beside the reaction -> mine (size,), from the
         elements' forces (3 n,) [N]."""

@@ -157,8 +157,8 @@ class TravellingWindow(DynamicsPart):
     def motion_outside(self) -> np.ndarray:
         """Mass [kg], momentum along x, y, z [kg m/s] and kinetic energy [J] of the owned nodes that no step touches
         (5,). Rank-local."""
-        v = self.group.velocity
-        return self.mass_outside * np.array([1.0, *v, 0.5 * v @ v])
+        owned = self.structure.domain.n_owned
+        return self.group.motion(np.flatnonzero(~self.within.touched[:owned]), self.mass_outside)
 
     def _place(self, nodes: np.ndarray) -> None:
         s = self.structure
