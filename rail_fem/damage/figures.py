@@ -111,7 +111,11 @@ def passes_panels(settings: DamageSettings, state: Evolution) -> list[Panel]:
     share = deepest / max(deepest[-1], 1e-30) * UM
     wear = {
         "band over the laws (their end values)": (passes, (share * ends.min(), share * ends.max()), "band"),
-        "deepest; bars: error of the blocks": (passes, (deepest * UM, error * UM), "bars"),
+        "deepest; bars: error of the blocks": (
+            passes,
+            (deepest * UM, (np.minimum(error, deepest) * UM, error * UM)),
+            "bars",
+        ),
     }
     tgamma = {
         "largest of all points": (middles, largest[1:], "o-"),

@@ -27,9 +27,9 @@ def new_panels(height: float, *shape: int, layout: str = "constrained", **grid: 
 
 class Panel(NamedTuple):
     """What against what. lines : by its words (x, y), and a third that says how it looks where it is no line: marks and
-    dashes as matplotlib has them, "band" of y = (low, high), "bars" of y = (values, half widths). What begins with a
-    body's name has its colour, what begins with "_" stands in no legend.  log : the logarithmic axes, e.g. "xy";
-    equal : one scale on both."""
+    dashes as matplotlib has them, "band" of y = (low, high), "bars" of y = (values, half widths, or below and above).
+    What begins with a body's name has its colour, what begins with "_" stands in no legend.  log : the logarithmic
+    axes, e.g. "xy";  equal : one scale on both."""
 
     xlabel: str
     ylabel: str

@@ -62,10 +62,16 @@ def test_figures_tell_forces_of_the_shape_they_are_of_and_no_patch_where_the_whe
     """A block's rate is that of the shape in its middle: at first was drawn where the first block ends. Over the 70 mm
     of a flight a line of 2 N joined both patches."""
     *_, end = evolve(site, 20, Stepping(block=10, smoothing=0.5e-3))
-    _, tgamma, force = passes_panels(DamageSettings(hardness="5 GPa"), end)
+    settings = DamageSettings(hardness="5 GPa")
+    _, tgamma, force = passes_panels(settings, end)
     assert [list(panel.lines[name][0]) for panel, name in ((tgamma, "largest of all points"), (force, "_force"))] == [
         [5, 15]
     ] * 2
+    log = end.log.copy()
+    log[:, 4] = 2 * log[:, 1]  # an error of twice the wear: no bar reaches to wear below 0
+    wear, *_ = passes_panels(settings, replace(end, log=log))
+    deepest, (below, above) = wear.lines["deepest; bars: error of the blocks"][1]
+    assert (below == deepest).all() and (above == 2 * deepest).all() and deepest[-1] > 0
     case = load_case(CASE, QUICK | {"scene.wheel.profile": "P8", "scene.foundation.stiffness": "80 kN/mm"})
     flown = crossing_site(case.scene, case.damage, {"start": "95 mm", "end": "560 mm"})
     rate, state = flown.rate(flown.first()), begin(flown)
