@@ -202,7 +202,15 @@ class BemPlasticSettings(IndentationSettings):
 
 def unfit_parts(scene: Scene, settings: Frozen) -> list[str]:
     """What of the scene a model cannot let move, a line each; none where it can."""
-    return [*_flexible_part_errors(scene, settings), *_diverging_errors(scene, settings)]
+    found = [*_flexible_part_errors(scene, settings), *_diverging_errors(scene, settings)]
+    if scene.crossing.joint_gap and isinstance(settings, (BemPassageSettings, BemPlasticSettings)):
+        low, high = sorted(settings.window(scene))
+        if low < 0 < high:
+            found.append(
+                "scene.crossing.joint_gap parts the rail at x = 0, and beside a rail's end lies no half-space: take"
+                " rigid_hertz or fe_full, or a window that ends before the gap or begins behind it"
+            )
+    return found
 
 
 def _diverging_errors(scene: Scene, settings: Frozen) -> list[str]:

@@ -19,7 +19,14 @@ from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
 from rail_fem.result.low_pass import filtered_peak
 from rail_fem.run.form import form
 from rail_fem.settings.explicit import FeSettings
-from rail_fem.settings.light import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings
+from rail_fem.settings.light import (
+    BemPassageSettings,
+    BemPlasticSettings,
+    LumpedSettings,
+    P2Settings,
+    RigidHertzSettings,
+    unfit_parts,
+)
 from tests.rail_fem.joint_passes import (
     FILTERED,
     NO_SUSPENSION,
@@ -170,6 +177,10 @@ def test_an_insulated_joint_s_gap_hands_the_wheel_from_rail_to_rail():
     assert peaks[0] == pytest.approx(1, rel=1e-5) and 1.05 < peaks[1] < peaks[2] < 2, peaks
     with pytest.raises(ContactPairError, match="beside a joint_gap: no half-space lies there; take rigid_hertz"):
         bem_passage.solve(scene, BemPassageSettings(start=-0.1, end=0.15))
+    for settings in (BemPassageSettings, BemPlasticSettings):  # before it runs: one found out after minutes
+        (said,) = unfit_parts(scene, settings(start=-0.1, end=0.15))
+        assert "no half-space: take rigid_hertz or fe_full" in said
+        assert unfit_parts(scene, settings(start=0.1, end=0.15)) == [] == unfit_parts(found[0].scene, settings())
     ends = [row for words, row in form(found[2], by_passes=False).items() if words.startswith("a rail's end")]
     assert ends[0]["impact_on_wheel"] > 0.4 * load and not any(
         "end" in words for words in form(found[0], by_passes=False)
