@@ -143,8 +143,8 @@ def _no_equilibrium(system: WheelsetSystem, contacts: WheelsetContacts, position
         " the last position that was looked at"
     )
     remedy = "a nearer check_rail, " if side == "outside" and not np.isfinite(system.stop[0]) else ""
-    wider = "" if derails else " or a larger lateral_range (run.rigid_hertz)"
+    wider = "" if derails else "a larger lateral_range (run.rigid_hertz), "
     return (
         f"{what}. Across it act {system.load[LATERAL] / 1e3:.1f} kN of the vehicle and creep at an angle of attack of"
-        f" {position[YAW] * 1e3:.1f} mrad: give {remedy}less lateral_force or angle_of_attack{wider}"
+        f" {position[YAW] * 1e3:.1f} mrad: give {wider}{remedy}less lateral_force or angle_of_attack"
     )
