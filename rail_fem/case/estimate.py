@@ -97,7 +97,7 @@ def critical_step(scene: Scene, settings: FeSettings) -> float:
     if settings.mass_scaling == "auto" and settings.scaled_elements == "small":
         body = _heaviest_factor(scene, settings)
         heaviest = min(SHARE * body, 1 + GAIN * body) * _lighter(settings)
-        wanted = settings.courant * quasi_static_step(scene, CUBE * smallest)
+        wanted = settings.courant * quasi_static_step(scene, CUBE * smallest, settings.wave_ratio)
         return max(steel, min(wanted, steel * heaviest**0.5))
     return steel * _mass_factor(scene, settings) ** 0.5
 

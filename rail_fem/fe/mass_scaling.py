@@ -146,7 +146,7 @@ def _of_small(
     if asked := not isinstance(settings.mass_scaling, str):
         step, why = settings.mass_scaling**0.5 * least, "as the case asks"
     else:  # "auto"
-        step = max(least, quasi_static_step(scene, under_wheel))
+        step = max(least, quasi_static_step(scene, under_wheel, settings.wave_ratio))
         why = f"auto: waves in the elements under the wheel {under_wheel / scene.speed / step:.3g} times as fast as it"
     limits = scaling.bodies if asked else {name: _most_by_auto(scaling, name) for name in scaling.bodies}
     allowed = _longest(least, step, lambda one: all(kg <= limits[name] for name, kg in meshes(one).items()))

@@ -16,6 +16,9 @@ rail_fem.studies.error_bars.
 
 Scenes of one class differ from their twins alike: there a bar without a twin is the share that held 95 % of what other
 scenes of the class were off (`calibrated_bars`).
+
+Run and twin have the same waves. How well bars hold was found with those of `CALIBRATED_WAVES`: what slower ones move
+in steps made longer by heavier elements is a part of its own (`inertia`).
 """
 
 from __future__ import annotations
@@ -50,6 +53,10 @@ CALIBRATED = {
 }
 CALIBRATED_WORDS = "error bars are calibrated: without a twin, by what other scenes of this class were off"
 CALIBRATED_SIZE, LARGEST_CALIBRATED = 1e-3, 2e-3  # [m]
+# what heavier small elements move a quantity by, relative, the transfer in m, where waves under the wheel are
+# CALIBRATED_WAVES times as fast as it; grows with the wheel's speed over theirs (docs/models/explicit.md)
+INERTIA = {"force": 0.01, "pressure": 0.01, "strain": 0.02, "volume": 0.03, "length": 0.2e-3}
+CALIBRATED_WAVES = FeSettings.model_fields["wave_ratio"].default
 
 
 def error_bars(result: PassResult, twin: PassResult) -> dict[str, float]:
@@ -83,7 +90,7 @@ def error_bars(result: PassResult, twin: PassResult) -> dict[str, float]:
     for name, difference in apart.items():
         counted = max(abs(difference), of_forces * abs(own[name])) if name in FORCES else abs(difference)
         bars[name] = share[name] * counted + scatter(name, own[name], size)
-    return {name: max(bar, _by_level(name, own, bars, element)) for name, bar in bars.items()}
+    return _whole(bars, result, own, element)
 
 
 def calibrated_bars(result: PassResult) -> dict[str, float]:
@@ -99,7 +106,22 @@ def calibrated_bars(result: PassResult) -> dict[str, float]:
         ):
             share, order = CALIBRATED[kind(name)]
             bars[name] = share * (size / CALIBRATED_SIZE) ** order * (1.0 if kind(name) == "length" else abs(value))
+    return _whole(bars, result, own, element)
+
+
+def _whole(bars: dict[str, float], result: PassResult, own: dict[str, float], element: float) -> dict[str, float]:
+    """Bars of elements, with what their inertia adds and what integrals say of volumes."""
+    bars = {name: math.hypot(bar, inertia(name, own[name], result.settings)) for name, bar in bars.items()}
     return {name: max(bar, _by_level(name, own, bars, element)) for name, bar in bars.items()}
+
+
+def inertia(name: str, value: float, settings: dict) -> float:
+    """What slower waves than `CALIBRATED_WAVES` move a reported quantity by [SI]; 0 where they are as fast."""
+    if settings.get("mass_scaling") != "auto" or settings.get("scaled_elements") != "small":
+        return 0.0
+    slower = (CALIBRATED_WAVES / settings.get("wave_ratio", CALIBRATED_WAVES)) ** 2 - 1
+    share = INERTIA[kind(name)] * math.sqrt(max(0.0, slower))
+    return share * (1.0 if kind(name) == "length" else abs(value))
 
 
 def why_not_calibrated(scene: Scene, settings: FeSettings) -> str:

@@ -32,6 +32,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "wheel_element_ratio": 1.5,
         "mass_scaling": "auto",
         "scaled_elements": "small",
+        "wave_ratio": 14.0,
         "window_ahead": window,
         "window_behind": window,
         "error_twin": twin,
@@ -121,6 +122,16 @@ class FeSettings(Frozen):
         description="that mass_scaling makes heavier: all by its factor, or the small ones, the smallest by the factor"
         " and each of the others as far as the same stable step asks: from 1 mm down half the steps of auto",
     )
+    wave_ratio: Annotated[
+        float,
+        Quantity(
+            "",
+            5,
+            1000,
+            "speed of waves in the elements under the wheel over the wheel's, at least, where mass_scaling is auto and"
+            " small elements are heavier: steps shorter in proportion",
+        ),
+    ] = 20.0
     settle_time: Annotated[
         float, Quantity("ms", 0, 1000, "run under a damper from the static start, before the pass")
     ] = 0.0

@@ -9,7 +9,9 @@ import pytest
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.result.error_bars import (
     CALIBRATED,
+    CALIBRATED_WAVES,
     FIRST_ORDER_SAFETY,
+    INERTIA,
     ORDER,
     SAFETY,
     SCATTER,
@@ -185,6 +187,24 @@ def test_the_pressure_at_the_impact_is_a_mean_over_one_element_passing():
     assert REPORTED["impact_pressure"].of(result) == pytest.approx(1.5e9)
     assert np.isnan(REPORTED["impact_pressure"].of(replace(result, peaks={})))
     assert "impact_pressure" not in reported(at_size(2 * MM))
+
+
+def test_slower_waves_than_bars_were_tried_with_widen_every_bar():
+    """What run and twin, or all scenes of a class, move alike, no difference between them shows."""
+
+    def bars_by(bars_of, **settings):
+        sizes = (1 * MM, 2 * MM)
+        results = [at_size(size, settings={"element_size": size, **settings}) for size in sizes]
+        return bars_of(*results) if bars_of is error_bars else bars_of(results[0])
+
+    slower = {"mass_scaling": "auto", "scaled_elements": "small", "wave_ratio": 0.5 * CALIBRATED_WAVES}
+    for bars_of in (error_bars, calibrated_bars):
+        plain = bars_by(bars_of)
+        for none in ({"wave_ratio": 2 * CALIBRATED_WAVES}, {"mass_scaling": 1.0}, {"scaled_elements": "all"}):
+            assert bars_by(bars_of, **(slower | none)) == plain
+        for name, bar in bars_by(bars_of, **slower).items():
+            part = INERTIA[kind(name)] * (1.0 if name == "transfer_x" else REPORTED[name].of(at_size(1 * MM)))
+            assert bar**2 - plain[name] ** 2 == pytest.approx(3 * part**2, rel=1e-9)
 
 
 def test_bars_without_a_twin_fall_with_the_order_of_their_kind_and_leave_out_what_a_twin_would_not_resolve():

@@ -14,10 +14,9 @@ WAVE_DISTANCE = 0.1  # a wave's path through the steel near the contact [m]
 # the largest transit time over the time that a patch takes to pass, with which "auto" is content: the reference case's
 # force history then differs by less than 1.5 % (L2) from the unscaled one
 TRANSIT = 0.25
-# speed of the wheel over that of dilatational waves in the elements under it, with which "auto" is content where only
-# small elements are heavy: the excess of a steadily moving load's deformation is of the order of its square. Elements
-# longer than a part of the patch are heavy to a greater depth, in proportion: the same error with less of it
-SLOWNESS, PATCH_PART = 0.05, 1 / 16
+# where only small elements are heavy: of the patch, beyond which elements are heavy to a greater depth, in proportion,
+# and waves are kept faster by its root: the same error
+PATCH_PART = 1 / 16
 CUBE = 0.734  # wave speed times critical step of a cube over its side: geometry.meshing.quality.eigen_length
 # the part of a body's mass that "auto" lets its mesh weigh, and the part that it lets small elements gain, whose mass
 # lies near the patch
@@ -39,12 +38,12 @@ def transit_ratio(scene: Scene, factor: float) -> float:
     return transit * scene.speed / (2 * static_patch(scene).semi_x)
 
 
-def quasi_static_step(scene: Scene, length: float) -> float:
+def quasi_static_step(scene: Scene, length: float, ratio: float) -> float:
     """The longest critical step [s] of the elements under the wheel, of `length` = wave speed times critical step [m],
-    with which waves in them are 1 / SLOWNESS times as fast as the wheel; faster, by the root of their length over
-    PATCH_PART of the patch under the static load, where they are longer than that."""
+    with which dilatational waves in them are `ratio` times as fast as the wheel; faster, by the root of their length
+    over PATCH_PART of the patch under the static load, where they are longer than that."""
     fine = PATCH_PART * 2 * static_patch(scene).semi_x
-    return SLOWNESS * min(1.0, fine / length) ** 0.5 * length / scene.speed
+    return min(1.0, fine / length) ** 0.5 * length / (ratio * scene.speed)
 
 
 def quasi_static_factor(scene: Scene) -> float:
