@@ -24,6 +24,8 @@ in steps made longer by heavier elements is a part of its own (`inertia`).
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 from rail_fem.result.plastic_zone import BLOCK, LEVELS, WORST
 from rail_fem.result.quantities import BODIES, FORCES, REPORTED, STRAIN, reported
@@ -115,7 +117,7 @@ def _whole(bars: dict[str, float], result: PassResult, own: dict[str, float], el
     return {name: max(bar, _by_level(name, own, bars, element)) for name, bar in bars.items()}
 
 
-def inertia(name: str, value: float, settings: dict) -> float:
+def inertia(name: str, value: float, settings: Mapping[str, Any]) -> float:
     """What slower waves than `CALIBRATED_WAVES` move a reported quantity by [SI]; 0 where they are as fast."""
     if settings.get("mass_scaling") != "auto" or settings.get("scaled_elements") != "small":
         return 0.0
