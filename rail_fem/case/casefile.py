@@ -28,6 +28,7 @@ MOST_ERRORS = 50  # told of one file
 MOST_TOLD = 3  # changes in a title
 FEWEST_ROWS = 10  # of a history
 OWN_PATH = "fe_window"  # the model that finds its path itself
+OTHER_FILES = {"rows": "sweep", "fleet": "sweep", "vary": "design"}  # what reads them, by a key that no case has
 TOP_KEYS = ("version", "title", "scene", "run", "damage")
 
 
@@ -179,6 +180,9 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
 
         path = examples().get(path.as_posix(), path)
     table = _read_table(path)
+    command = next((OTHER_FILES[key] for key in OTHER_FILES if key in table and "scene" not in table), None)
+    if command:
+        raise CaseError(path, [f"is no case but names the case that it changes: 'rail-fem {command}' takes it"])
     changes = {} if changes is None else changes
     if not isinstance(changes, Mapping) or not all(isinstance(key, str) for key in changes):
         raise CaseError(path, [f'changes: {typed(changes)}: give them by their keys, {{"scene.speed": "60 mph"}}'])

@@ -156,6 +156,12 @@ def test_another_version_is_the_only_fault_then_reported(tmp_path):
     assert len(errors_of(tmp_path, GOOD.replace("version = 1", "version = 2").replace("speed =", "sped ="))) == 1
 
 
+def test_a_list_of_changes_and_a_design_are_told_from_a_case():
+    for name, command in (("rows/joint", "sweep"), ("design/casting", "design")):  # all their keys were unknown
+        with pytest.raises(CaseError, match=f"is no case .*'rail-fem {command}' takes it"):
+            load_case(name)
+
+
 def test_absent_case_file_is_a_fault(tmp_path):
     with pytest.raises(CaseError, match="no such file"):
         load_case(tmp_path / "absent.toml")
