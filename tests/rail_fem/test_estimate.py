@@ -170,3 +170,14 @@ def test_warnings_name_both_numbers():
     assert "hourglass 0 < 0.0003" in unheld and record(unheld).kind == "numerics"
     assert fe_warnings(SCENE, FeSettings(element_size=1e-3, hourglass=0, element="full")) == []
     assert fe_warnings(SCENE, FeSettings(element_size=1e-3)) == []
+
+
+def test_mass_scaling_that_no_body_allows_is_refused_before_anything_is_meshed():
+    """All elements of a mesh of 5 mm: 35 by the mesher. A window that travels lets a long crossing weigh little."""
+    most = lambda factor, **more: impossible(SCENE, FeSettings(mass_scaling=factor, **more))
+    assert "mass_scaling: with 10000 the meshes weigh more" in most(1e4)[0] and most(35.0) == most("auto") == []
+    assert most(1e4, scaled_elements="small", element_size=2e-3) and not most(700.0, scaled_elements="small")
+    light = SCENE.replace_si(foundation={"track_mass": 60.0})
+    assert impossible(light, FeSettings(mass_scaling=30.0, start=0.0, end=1.5))
+    travels = {"window_ahead": 0.06, "window_behind": 0.06}
+    assert impossible(light, FeSettings(mass_scaling=30.0, start=0.0, end=1.5, **travels)) == []
