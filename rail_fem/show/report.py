@@ -95,7 +95,8 @@ def flight_rows(result: PassResult) -> list[tuple[str, str, str]]:
         (
             f"{show(flight.x_start, 'mm', 5)} to {show(flight.x_end, 'mm', 5)}",
             f"{flight.length * 1e3:.1f} mm",
-            f"{flight.duration * 1e3:.2f} ms, launched at {flight.launch_speed:.2f} m/s upwards",
+            f"{flight.duration * 1e3:.2f} ms, launched at {abs(flight.launch_speed):.2f} m/s"
+            f" {'downwards' if flight.launch_speed < 0 else 'upwards'}",
         )
         for flight in found[:MOST_FLIGHTS]
     ]

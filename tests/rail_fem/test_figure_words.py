@@ -16,7 +16,7 @@ from rail_fem.show.energies import LINES, SHARES
 from rail_fem.show.force import force_figure
 from rail_fem.show.patches import patches_figure
 from rail_fem.show.plan import contact_path
-from rail_fem.show.report import headlines
+from rail_fem.show.report import flight_rows, headlines
 from rail_fem.show.style import new_figure, save
 
 WINDOW = {"start": "300 mm", "end": "400 mm"}
@@ -127,3 +127,10 @@ def test_a_joint_has_one_rail_and_a_switch_no_nose(scene):
 def test_a_model_that_knows_one_body_resolves_no_transfer(scene):
     at = {row.name: row.value for row in headlines(solve("lumped", scene, WINDOW))}
     assert at["transfer from wing to nose"] == "not resolved"
+
+
+def test_a_wheel_that_the_rail_falls_away_from_is_launched_downwards(scene):
+    """At 300 mph over the falling wing: "launched at -0.03 m/s upwards"."""
+    fast = scene.replace(speed="300 mph", foundation={"stiffness": "80 kN/mm"}, wheel={"profile": "P8"})
+    (told,) = flight_rows(solve("rigid_hertz", fast, {"start": "95 mm", "end": "400 mm"}))
+    assert told[2].endswith("launched at 0.03 m/s downwards")
