@@ -12,10 +12,12 @@ taken as the twin. The limit is by second order through the last three sizes.
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from rail_fem.case.examples import example
@@ -42,10 +44,15 @@ SHOWN_NAMES = "impact_on_wheel", "largest_force_wing", "block_nose", "integral_n
 DECIMALS = {"kN": 1, "MPa": 0, "mm": 2, "%": 2, "mm3": 0}
 
 
+def unit_of(name: str) -> tuple[str, float]:
+    """Of engineers, and how many of it are one of SI: "kN", 1e-3."""
+    unit = REPORTED[name].unit
+    return ("mm3", CUBIC_MM) if unit == "m^3" else SHOWN[unit]
+
+
 def cell(name: str, value: float, bar: float = math.nan) -> str:
     """A quantity with its bar, where there is one, in engineers' units: "194.3 +- 5.8 kN"."""
-    unit = REPORTED[name].unit
-    words, factor = ("mm3", CUBIC_MM) if unit == "m^3" else SHOWN[unit]
+    words, factor = unit_of(name)
     digits = DECIMALS[words]
     return f"{value * factor:.{digits}f}{'' if math.isnan(bar) else f' +- {bar * factor:.{digits}f}'} {words}"
 
@@ -120,14 +127,16 @@ def panels(results: Sequence[PassResult]) -> list[Panel]:
     error = lambda name: [100 * abs(REPORTED[name].of(r) / found[name].value - 1) for r in results]
     drawn = []
     costs = "core seconds of the pass", [core_seconds(r) for r in results]
-    for words, x in (("element size [mm]", sizes), costs):
-        lines = {REPORTED[name].meaning: (x, error(name), "o-") for name in shown}
+    for words, x, hidden in (("element size [mm]", sizes, "_"), (*costs, "")):  # one legend for both
+        lines = {f"{hidden}{REPORTED[name].meaning}": (x, error(name), "o-") for name in shown}
         drawn.append(Panel(words, "error against the limit [%]", lines, log="xy"))
     for name in shown:
-        values = [REPORTED[name].of(r) for r in results], [r.error_bars.get(name, 0.0) for r in results]
-        limit = (sizes, [found[name].value] * len(sizes), "--")
+        unit, factor = unit_of(name)
+        values = np.array([[REPORTED[name].of(r), r.error_bars.get(name, 0.0)] for r in results]).T * factor
+        limit = (sizes, [factor * found[name].value] * len(sizes), "--")
         own = {"run, bar by its coarse twin": (sizes, values, "bars"), "limit by second order": limit}
-        drawn.append(Panel("element size [mm]", f"{REPORTED[name].meaning} [{REPORTED[name].unit}]", own, log="x"))
+        title = textwrap.fill(REPORTED[name].meaning, 55)
+        drawn.append(Panel("element size [mm]", f"[{unit}]", own, title, log="x"))
     return drawn
 
 

@@ -82,11 +82,15 @@ def test_the_figure_has_the_errors_of_the_table_over_size_and_cost(series):
     """Second order: 32, 8 and 2 % of the limit."""
     dear = [replace(r, cost=Cost(wall_time=10.0 * 4**k)) for k, r in enumerate(series)]
     of_size, of_cost, impact, *_ = passage_size.panels(dear)
-    for panel, x in ((of_size, [4, 2, 1]), (of_cost, [10, 40, 160])):
-        at, errors, _ = panel.lines["impact on the wheel"]
+    for panel, x, name in (
+        (of_size, [4, 2, 1], "_impact on the wheel"),
+        (of_cost, [10, 40, 160], "impact on the wheel"),
+    ):
+        at, errors, _ = panel.lines[name]
         assert at == pytest.approx(x) and errors == pytest.approx([32, 8, 2], rel=0.01)
     sizes, (values, bars), _ = impact.lines["run, bar by its coarse twin"]
-    assert sizes == pytest.approx([4, 2, 1]) and bars == [r.error_bars.get("impact_on_wheel", 0.0) for r in dear]
+    assert sizes == pytest.approx([4, 2, 1]) and (impact.title, impact.ylabel) == ("impact on the wheel", "[kN]")
+    assert bars == pytest.approx([1e-3 * r.error_bars.get("impact_on_wheel", 0.0) for r in dear])
 
 
 def test_windows_of_the_whole_crossing_may_still_be_lengthened_for_larger_elements():
