@@ -15,13 +15,13 @@ from rail_fem.settings.explicit import TWIN_COST, FeSettings
 BYTES_PER_CELL = 1920.0
 BYTES_LIGHT = 220e6  # of a light model with its kernels; rigid_hertz 0.214 GB, bem_passage 0.217
 BYTES_PER_RANK = 440e6  # Python with dolfinx and numba loaded, before any mesh
-# Processor time of meshes, searches, the static start and figures, by 2 and 0.7 mm (13 and 71 s): as on the root alone;
+# Processor time of meshes, searches, the static start and figures, by 2 and 0.7 mm (9 and 26 s): as on the root alone;
 # and what of it a mesh that is kept does not take, by 1.4 and 0.7 mm (4.1 and 9.3 s) [s]
-PREPARATION, PREPARATION_PER_CELL = 5.0, 5e-4
+PREPARATION, PREPARATION_PER_CELL = 6.7, 1.5e-4
 MESHING, MESHING_PER_CELL = 2.5, 4.4e-5
 TWIN_CELLS = 0.25  # of the twin that gives the error bars, over the run's own
 FULL_BYTES_PER_CELL, FULL_COST = 360.0, 3.0  # what eight points need beside that, and what an update of theirs costs
-UPDATES_PER_SECOND = 8e6  # per core, everything in a step included
+UPDATES_PER_SECOND = 1.1e7  # per core, everything in a step included
 SHORTEST_EDGE = 0.5  # shortest cell edge over element_size, in graded and slanted cells
 
 # Cells, fitted to meshes of 6, 3 and 1.5 mm: the rail's columns hold a fine block some layers deep and coarser rings
