@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+from geometry.meshing.quality import cell_centres
 from rail_fem.fe.compat import SUM, create_hexahedral_mesh, geometry_dofmap, la, original_cells
 from rail_fem.fe.heap import give_back_free_memory
 from rail_fem.fe.partition import balanced_parts
@@ -48,7 +49,7 @@ class Domain:
         if comm.rank == 0:
             cells = np.asarray(cells, dtype=np.int64)
             cost = np.ones(len(cells)) if cost is None else cost
-            destination = balanced_parts(points[cells].mean(axis=1), cost, comm.size) if part is None else part
+            destination = balanced_parts(cell_centres(points, cells), cost, comm.size) if part is None else part
             ordered, points = cells[:, VTK_TO_DOLFINX], np.ascontiguousarray(points, dtype=float)
         else:
             ordered, points, destination = np.empty((0, 8), np.int64), np.empty((0, 3)), np.empty(0, np.int32)

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geometry.meshing.hexmesh import HexMesh
-from geometry.meshing.quality import eigen_length
+from geometry.meshing.quality import cell_centres, eigen_length
 from geometry.surfaces.bodies import CROSSING, PassBody
 from rail_fem.fe.plan.mass_scaling import GAIN, SHARE, quasi_static_factor, quasi_static_step, transit_ratio
 from rail_fem.fe.slabs import Slabs
@@ -122,7 +122,7 @@ def mesh_masses(mesh: HexMesh, mass: np.ndarray, window: tuple[Slabs, Extent] | 
 
 def window_mass(mesh: HexMesh, mass: np.ndarray, slabs: Slabs, extent: Extent) -> float:
     """The most that the slabs in a travelling window weigh [kg]; mass : of the cells (m,) [kg]."""
-    slab = slabs.of_cells(mesh.points[mesh.cells].mean(axis=1)[:, 0], mesh.region)
+    slab = slabs.of_cells(cell_centres(mesh.points, mesh.cells)[:, 0], mesh.region)
     of_slabs = tuple(
         np.bincount(slab[mesh.region == region], mass[mesh.region == region], minlength=count)
         for region, count in enumerate(slabs.counts)

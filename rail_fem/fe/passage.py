@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.meshing.hexmesh import HexMesh
+from geometry.meshing.quality import cell_centres
 from geometry.surfaces.bodies import CROSSING, PassBody
 from rail_fem.fe.beam_track import BeamTrack
 from rail_fem.fe.blocks import ElementSettings
@@ -227,7 +228,7 @@ def shared_mesh(
     cost = np.where(mesh.region == PassBody.WHEEL, ELASTIC_COST, 1.0)
     part = None
     if slabs is not None:
-        centres = mesh.points[mesh.cells].mean(axis=1)
+        centres = cell_centres(mesh.points, mesh.cells)
         wheel = mesh.region == PassBody.WHEEL
         radius = np.hypot(*(centres[wheel][:, [0, 2]] - axis).T)
         centres[wheel] = np.column_stack([np.zeros(len(radius)), centres[wheel, 1], -np.round(radius, 9)])

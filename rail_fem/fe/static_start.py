@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from mpi4py import MPI
 
-from geometry.meshing.quality import eigen_length
+from geometry.meshing.quality import eigen_length, over_cells
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.surface import ContactSurfaces
 from rail_fem.fe.dynamics import Dynamics
@@ -118,7 +118,7 @@ def _with_even_steps(structure: Structure) -> Structure:
     own = copy(structure)
     own.works = np.zeros(3)
     own.least_step = 0.0  # steel again: the steps are made even below
-    length = eigen_length(own.domain.reference.reshape(-1, 3)[own.domain.cells])
+    length = over_cells(eigen_length, own.domain.reference.reshape(-1, 3), own.domain.cells)
     least = own.domain.comm.allreduce(float(length.min(initial=np.inf)), op=MPI.MIN)
     own.mass = own.lumped_mass((least / length) ** 2)
     rows = structure.table.rows.copy()

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.meshing.quality import eigen_length
+from geometry.meshing.quality import eigen_length, over_cells
 from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.elastic import elastic_stress, fixed_geometry
@@ -15,7 +15,6 @@ from rail_fem.fe.rings import find_line_forces, find_rings, give_lines, take_ene
 from rail_fem.fe.state import LANES, LAW, LINEAR_VISCOSITY, N_WORK, POINTS, QUADRATIC_VISCOSITY
 from rail_fem.scene.steel import Steel
 
-CELLS_AT_A_TIME = 4096  # whose critical steps are worked out together
 BLOCKS_AT_A_TIME = 64  # scratch state of a product with the stiffness
 
 
@@ -37,8 +36,7 @@ def heavier(mass: np.ndarray, step: np.ndarray, least_step: float) -> np.ndarray
 def critical_steps(points: np.ndarray, cells: np.ndarray, region: np.ndarray, steels: list[Steel]) -> np.ndarray:
     """2 / omega_max of each cell by itself, of steel (m,) [s]. Arguments as those of `cell_masses`."""
     speed = np.array([steel.wave_speed for steel in steels])[region]
-    parts = [eigen_length(points[cells[k : k + CELLS_AT_A_TIME]]) for k in range(0, len(cells), CELLS_AT_A_TIME)]
-    return np.concatenate([np.empty(0), *parts]) / speed
+    return over_cells(eigen_length, points, cells) / speed
 
 
 class Structure:
