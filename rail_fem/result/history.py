@@ -54,7 +54,7 @@ COLUMNS: dict[str, Column] = {
     "energy_plastic": Column("J", "plastic work"),
     "energy_hourglass": Column("J", "work of the hourglass control"),
     "energy_viscosity": Column("J", "work of the bulk viscosity"),
-    "energy_damping": Column("J", "work of the dampers"),
+    "energy_damping": Column("J", "work of dampers, on the diverging route of the other wheel's creep too"),
     "energy_springs": Column("J", "energy in suspension and foundation springs"),
     "energy_contact": Column("J", "energy in the contact penalty"),
     "energy_friction": Column("J", "work of friction"),

@@ -39,7 +39,11 @@ ROWS = {"hourglass energy, all bodies": "energy_hourglass", "penalty energy": "e
 # their size says nothing
 CHANGES, CHANGED = ("energy_springs", "energy_kinetic", "energy_external"), ", since the start"
 # where a column's meaning is no name for its curve
-WORDS = {"energy_balance": "balance: what is not accounted for", "energy_kinetic": "kinetic energy"}
+WORDS = {
+    "energy_balance": "balance: what is not accounted for",
+    "energy_kinetic": "kinetic energy",
+    "energy_damping": "work of the dampers",
+}
 
 
 def energies_figure(result: PassResult, name: str) -> Figure:
