@@ -128,9 +128,11 @@ def inertia(name: str, value: float, settings: Mapping[str, Any]) -> float:
 
 def why_not_calibrated(scene: Scene, settings: FeSettings) -> str:
     """What sets a run apart from those that `CALIBRATED` was found by; "" for one of their class: a cast crossing, its
-    through route, one pass, elements of one point and shape in a travelling window."""
+    through route behind the leg, one pass, elements of one point and shape in a travelling window."""
+    ends = [x for x in (settings.start, settings.end) if x is not None]
     apart = {
         f"the crossing's family is {scene.crossing.family}": scene.crossing.family != CAST,
+        "a path over the leg, behind which it flies": bool(ends) and min(ends) < scene.crossing.leg_end,
         "the diverging route": scene.diverging is not None,
         "bearers under the crossing": scene.bearers is not None,
         "several passes": settings.passes > 1,
