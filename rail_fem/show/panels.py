@@ -47,7 +47,8 @@ class Panel(NamedTuple):
             if look == ["band"]:
                 band(axes, x, y[0], y[1], words, colour)
             elif look == ["bars"]:
-                axes.errorbar(x, *y, fmt="o", capsize=3, color=colour, label=words)
+                widths = np.asarray(y[1]).tolist()  # matplotlib 3.10 takes an array of one for a number
+                axes.errorbar(x, y[0], widths, fmt="o", capsize=3, color=colour, label=words)
             else:
                 axes.plot(x, y, *look, color=colour, mfc="none", label=words)
         axes.set(xlabel=self.xlabel, ylabel=self.ylabel, title=self.title)
