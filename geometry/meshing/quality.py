@@ -77,17 +77,15 @@ class MeshQuality:
 
 def mesh_quality(mesh: HexMesh, wave_speed: float = WAVE_SPEED) -> MeshQuality:
     """Judge a mesh for explicit dynamics; wave_speed: dilatational wave speed [m/s] of the fastest material."""
-    measured = over_cells(_measures, mesh.points, mesh.cells).T
-    jacobian, volume, length, shortest, longest, eigen = measured
+    jacobian, volume, length, shortest, longest, eigen = over_cells(_measures, mesh.points, mesh.cells).T
     slowest = np.argsort(length, kind="stable")[:10]
     worst = jacobian.argmin()
-    centre = lambda cells: mesh.points[mesh.cells[cells]].mean(axis=-2)
     counts = {f"cells in {name}": int((mesh.region == i).sum()) for i, name in enumerate(mesh.region_names)}
     counts |= {"nodes": len(mesh.points), "surface quads": len(mesh.surface), "clamped nodes": len(mesh.clamp)}
     return MeshQuality(
         counts,
         float(jacobian[worst]),
-        centre(worst),
+        cell_centres(mesh.points, mesh.cells[[worst]])[0],
         float(shortest.min()),
         float(longest.max()),
         wave_speed,
@@ -95,7 +93,7 @@ def mesh_quality(mesh: HexMesh, wave_speed: float = WAVE_SPEED) -> MeshQuality:
         float(length.min() / wave_speed),
         float(eigen.min() / wave_speed),
         slowest,
-        centre(slowest),
+        cell_centres(mesh.points, mesh.cells[slowest]),
         length[slowest],
         volume[slowest],
         longest[slowest] / shortest[slowest],
@@ -195,7 +193,7 @@ def check_shapes(mesh: HexMesh, remedy: str) -> None:
     jacobian = over_cells(scaled_jacobian, mesh.points, mesh.cells)
     worst = jacobian.argmin()
     if not jacobian[worst] >= LEAST_JACOBIAN:
-        position = ", ".join(f"{v * 1e3:.1f}" for v in mesh.points[mesh.cells[worst]].mean(axis=0))
+        position = ", ".join(f"{v * 1e3:.1f}" for v in cell_centres(mesh.points, mesh.cells[[worst]])[0])
         count = int((~(jacobian >= LEAST_JACOBIAN)).sum())
         many = "" if count == 1 else f", and {count - 1} more"
         raise FoldedCellError(

@@ -58,7 +58,7 @@ CALIBRATED_SIZE, LARGEST_CALIBRATED = 1e-3, 2e-3  # [m]
 # what heavier small elements move a quantity by, relative, the transfer in m, where waves under the wheel are
 # CALIBRATED_WAVES times as fast as it; grows with the wheel's speed over theirs (docs/models/explicit.md)
 INERTIA = {"force": 0.01, "pressure": 0.01, "strain": 0.02, "volume": 0.03, "length": 0.2e-3}
-CALIBRATED_WAVES = FeSettings.model_fields["wave_ratio"].default
+CALIBRATED_WAVES = 20.0
 
 
 def error_bars(result: PassResult, twin: PassResult) -> dict[str, float]:
@@ -132,7 +132,7 @@ def why_not_calibrated(scene: Scene, settings: FeSettings) -> str:
     ends = [x for x in (settings.start, settings.end) if x is not None]
     apart = {
         f"the crossing's family is {scene.crossing.family}": scene.crossing.family != CAST,
-        "a path over the leg, behind which it flies": bool(ends) and min(ends) < scene.crossing.leg_end,
+        "a path over the leg, behind which it flies": min(ends, default=math.inf) < scene.crossing.leg_end,
         "the diverging route": scene.diverging is not None,
         "bearers under the crossing": scene.bearers is not None,
         "several passes": settings.passes > 1,

@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 
 from bem.material import Elastic
 from geometry.meshing.hexmesh import HexMesh, boundary_faces, orient
+from geometry.meshing.quality import cell_centres
 from rail_fem.fe.condensed_body import RIGID, Condensed, terms_at
 from rail_fem.passes.fourier_section import RingSection
 from rail_fem.passes.wheel_modes import wheel_section
@@ -68,7 +69,7 @@ def revolved(section: RingSection, angle: np.ndarray, radius: float, closed: boo
 
 def sector_of(mesh: HexMesh, radius: float, depth: float, half_angle: float) -> np.ndarray:
     """Cells (m,) bool of a wheel less than `depth` [m] below the tread datum and within +-half_angle [rad]."""
-    x, _, z = mesh.points[mesh.cells].mean(axis=1).T
+    x, _, z = cell_centres(mesh.points, mesh.cells).T
     return (np.hypot(x, z - radius) > radius - depth) & (np.abs(np.arctan2(x, radius - z)) < half_angle)
 
 
