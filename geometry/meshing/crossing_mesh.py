@@ -14,7 +14,7 @@ from geometry.meshing.quality import check_shapes
 from geometry.meshing.section.curve import cut_at_base
 from geometry.meshing.section.parts import size_errors, try_sizes
 from geometry.meshing.section.quads import FLAT_CORNER, check_room, mesh_section
-from geometry.meshing.section.rings import depth_steps, ring_width
+from geometry.meshing.section.rings import depth_steps, longest_slab, ring_width
 from geometry.meshing.sweep.carry import carry_section
 from geometry.meshing.sweep.matching import feature_lengths, outline_arcs
 from geometry.meshing.sweep.sweep import sweep
@@ -156,8 +156,9 @@ class Stations:
 def body_stations(body: BodyMeshSpec, spec: CrossingMeshSpec) -> Stations:
     """Fine over fine_x, longer outside; see BodyMeshSpec.anchor."""
     low, high = body.fine_x
+    longest = longest_slab(spec.element_size, body.coarse)
     if body.anchor is None:
-        line = graded_line(*body.x_range, body.fine_x, spec.slab, spec.growth, body.coarse / 3, multiple=3)
+        line = graded_line(*body.x_range, body.fine_x, spec.slab, spec.growth, longest, multiple=3)
         first, last = np.searchsorted(line, [low - 1e-9, high - 1e-9])
         return Stations(line[:first], line[first : last + 1], 0, last - first, line[last + 1 :])
     group = 3 * spec.slab
@@ -172,7 +173,7 @@ def body_stations(body: BodyMeshSpec, spec: CrossingMeshSpec) -> Stations:
     least = LEAST_END * spec.element_size
     low = body.x_range[0] if fine[0] - body.x_range[0] > least else fine[0]
     high = body.x_range[1] if body.x_range[1] - fine[1] > least else fine[1]
-    line = graded_line(low, high, fine, spec.slab, spec.growth, body.coarse / 3, multiple=3)
+    line = graded_line(low, high, fine, spec.slab, spec.growth, longest, multiple=3)
     return Stations(line[line < fine[0] - 1e-9], design, first, last, line[line > fine[1] + 1e-9])
 
 

@@ -16,7 +16,7 @@ from geometry.meshing.quality import check_shapes
 from geometry.meshing.section.curve import cut_at_base
 from geometry.meshing.section.parts import size_errors, try_sizes
 from geometry.meshing.section.quads import check_room, mesh_section
-from geometry.meshing.section.rings import depth_steps, ring_width
+from geometry.meshing.section.rings import depth_steps, longest_slab, ring_width
 from geometry.meshing.sweep.sweep import sweep
 
 DEEPER_FROM = 0.105  # of a wheel, below its flange's tip, as of a crossing below its top [m]
@@ -97,7 +97,8 @@ def check_wheel_bands(profile, radius: float, spec: WheelMeshSpec) -> None:
 def arc_stations(radius: float, spec: WheelMeshSpec) -> np.ndarray:
     """Arc lengths [m] along D0's circle of the planes between slabs: three slabs to a group, fine in the patch."""
     reach, fine = radius * spec.half_angle, (-spec.fine_half_length, spec.fine_half_length)
-    return graded_line(-reach, reach, fine, spec.slab, spec.growth, spec.coarse / 3, multiple=3)
+    longest = longest_slab(spec.element_size, spec.coarse)
+    return graded_line(-reach, reach, fine, spec.slab, spec.growth, longest, multiple=3)
 
 
 def check_wheel(radius: float, spec: WheelMeshSpec) -> None:

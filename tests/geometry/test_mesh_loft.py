@@ -221,6 +221,15 @@ def test_a_band_that_moves_to_and_fro_is_meshed_within_steadier_edges(monkeypatc
         mesh_crossing(StraightRail(), spec)
 
 
+def test_slabs_beyond_fine_ones_of_an_eighth_of_a_millimetre_are_no_longer_than_their_ring_bears():
+    """The ring in which three of them become one is half a millimetre thick: slabs of 2.7 mm, a third of the coarse
+    size, make its cells flat (scaled Jacobian 0.064)."""
+    body = BodyMeshSpec((0.280, 0.360), (0.318, 0.3185), (0.039, 0.041), fine_depth=MM)
+    mesh = mesh_crossing(CastCrossing(10.75), CrossingMeshSpec(MM / 8, wing=body))
+    check_mesh(mesh)
+    assert mesh_quality(mesh).worst_scaled_jacobian > 0.15
+
+
 def test_wing_and_nose_are_bodies_of_their_own(crossing):
     check_mesh(crossing)
     assert crossing.region_names == ("wing", "nose")

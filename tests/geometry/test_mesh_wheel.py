@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from geometry.meshing.hexmesh import MeshError, boundary_faces
-from geometry.meshing.quality import cell_volume
+from geometry.meshing.quality import cell_volume, mesh_quality
 from geometry.meshing.wheel import WheelMeshSpec, arc_stations, mesh_wheel
 from geometry.profiles.wheel import wheel_profile
 from tests.geometry.mesh_checks import check_mesh, hanging_facets
@@ -143,6 +143,12 @@ def test_two_bands_make_two_fine_patches_and_a_cut_profile_stays_in_its_range():
     for low, high in spec.bands:
         inside = (np.abs(centre[:, 0]) < 10 * MM) & (centre[:, 1] > low) & (centre[:, 1] < high)
         assert inside.any() and width[inside].max() < 1.3 * 5 * MM
+
+
+def test_slabs_beyond_fine_ones_are_no_longer_than_their_ring_bears():
+    """As on the rails: of 3.3 mm beside a ring of 0.6 mm its cells are flat (scaled Jacobian 0.064)."""
+    fine = WheelMeshSpec(0.15 * MM, bands=((0.0, 2 * MM),), fine_half_length=MM, fine_depth=MM)
+    assert mesh_quality(mesh_wheel(PROFILE, RADIUS, fine)).worst_scaled_jacobian > 0.15
 
 
 @pytest.mark.parametrize(

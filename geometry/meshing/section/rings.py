@@ -18,6 +18,9 @@ RING_MIDDLE = 0.6
 STRIP_THICKNESS = 3.0
 WIDE_STRIP_THICKNESS = 4.0
 STRIP_MIDDLE = 0.55
+# Slabs beyond the fine ones, in fine sizes. The strip's thickness does not grow with them: above the first its cells in
+# the middle of three slabs are flat, so slabs end at the second (scaled Jacobian 0.16 on the wing at 0.125 mm)
+FLAT_SLAB, LONGEST_SLAB = 11.0, 7.0
 START_SHARE = 0.3  # of their thickness with which the rings are first laid
 NARROWING = 0.25  # of the block's width at its depth, at most
 SIZE_WEIGHT = 1.5  # of size against shape in smoothing
@@ -27,6 +30,12 @@ TEMPLATE = np.array([[0, 6, 4, 1], [1, 4, 5, 2], [2, 5, 7, 3], [4, 6, 7, 5]])
 def ring_width(sizes: SectionSizes) -> float:
     """Length [m] that the rings take on the outline at each side of a block."""
     return sizes.fine * (RING_THICKNESS + WIDE_STRIP_THICKNESS if sizes.triple_ring else STRIP_THICKNESS)
+
+
+def longest_slab(fine: float, coarse: float) -> float:
+    """Length along x [m] up to which slabs grow beyond the fine ones: a third of the coarse size, unless the strip
+    would be too thin for that."""
+    return coarse / 3 if coarse / 3 <= FLAT_SLAB * fine else LONGEST_SLAB * fine
 
 
 def depth_steps(sizes: SectionSizes) -> np.ndarray:
