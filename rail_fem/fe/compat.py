@@ -20,7 +20,7 @@ with tempfile.TemporaryDirectory() as _empty, contextlib.chdir(_empty):
     import basix
     import ffcx
     import ufl
-    from dolfinx import cpp, fem, graph, io, jit, la
+    from dolfinx import cpp, fem, graph, io, jit
     from dolfinx import mesh as dmesh
 
     try:
@@ -40,8 +40,6 @@ with tempfile.TemporaryDirectory() as _empty, contextlib.chdir(_empty):
         elements = None
     for _compiler in (jit, ffcx):
         (getattr(_compiler, "get_options", None) or _compiler.get_parameters)()  # kept from the first call on
-
-SUM = la.ScatterMode.add if hasattr(la, "ScatterMode") else la.InsertMode.add
 
 
 def coordinate_element(shape: str, degree: int, dimension: int):

@@ -1,4 +1,4 @@
-"""The distributed hexahedra: dolfinx carries the mesh, the ownership of nodes and the halo exchange; arrays carry the
+"""The distributed hexahedra: dolfinx carries the mesh, and the ownership of nodes; arrays carry the
 state.
 
 Nodes of a rank: first those it owns, then the ghosts, as in the geometry's index map. Cells: only owned ones exist (no
@@ -14,7 +14,8 @@ import numpy as np
 from mpi4py import MPI
 
 from geometry.meshing.quality import cell_centres
-from rail_fem.fe.compat import SUM, create_hexahedral_mesh, geometry_dofmap, la, original_cells
+from rail_fem.fe.compat import create_hexahedral_mesh, geometry_dofmap, original_cells
+from rail_fem.fe.halo import Halo
 from rail_fem.fe.heap import give_back_free_memory
 from rail_fem.fe.partition import balanced_parts
 
@@ -34,7 +35,7 @@ class Domain:
     ----------
     mesh : dolfinx mesh, None unless it is kept;  cells : (m_local, 8) local nodes in VTK order;  region : (m_local,);
     cell_input : (m_local,) index in the input
-    nodes : dolfinx index map of the nodes;  n_owned, n_nodes : owned nodes, and with ghosts
+    n_owned, n_nodes : owned nodes, and with ghosts
     node_input : (n_nodes,) index in the input;
     reference : (3 n_nodes,) [m]
     n_global, m_global : replicated totals
@@ -55,7 +56,7 @@ class Domain:
             ordered, points, destination = np.empty((0, 8), np.int64), np.empty((0, 3)), np.empty(0, np.int32)
         mesh = create_hexahedral_mesh(comm, ordered, points, destination)
         geometry = mesh.geometry
-        self.nodes = index_map = geometry.index_map()
+        index_map = geometry.index_map()
         self.n_owned, self.n_nodes = index_map.size_local, index_map.size_local + index_map.num_ghosts
         self.n_global = index_map.size_global
         self.node_input = np.array(geometry.input_global_indices, dtype=np.int64)
@@ -67,8 +68,10 @@ class Domain:
         wanted = comm.gather(self.cell_input, root=0)
         given = None if wanted is None else [np.asarray(region)[cells] for cells in wanted]
         self.region = comm.scatter(given, root=0)
-        self._shared: list[tuple[np.ndarray, la.Vector]] = []
-        self._buffer: tuple[np.ndarray, la.Vector] | None = None  # of all other fields, where one travels
+        starts = np.array(comm.allgather(index_map.local_range[0]))
+        self._owner = np.array(index_map.owners, np.int64)
+        self._place = np.array(index_map.ghosts, np.int64) - starts[self._owner]
+        self._all = self.halo()
         self.mesh: Any = mesh if keep_mesh else None
         del cells, points, region, wanted, given, ordered, destination, geometry, index_map, mesh
         gc.collect()  # mesh and coordinate element of dolfinx 0.5 hold each other
@@ -81,47 +84,17 @@ class Domain:
     def nodal_vector(self) -> np.ndarray:
         return np.zeros(3 * self.n_nodes)
 
-    def shared_vector(self) -> np.ndarray:
-        """A nodal vector (3 n_nodes,) of zeros in the memory of a dolfinx vector: exchanged without a copy, for fields
-        that travel every step."""
-        self._shared.append(self._vector())
-        return self._shared[-1][0]
-
-    def _vector(self) -> tuple[np.ndarray, la.Vector]:
-        """A dolfinx vector of zeros and its array."""
-        vector = la.vector(self.nodes, 3)
-        field = vector.array
-        field[:] = 0.0
-        return field, vector
-
-    def _carrier(self, field: np.ndarray) -> tuple[np.ndarray, la.Vector]:
-        """The array and dolfinx vector that exchange a field: its own, or the buffer. Collective."""
-        own = next((pair for pair in self._shared if pair[0] is field), None)
-        if own is None and self._buffer is None:
-            self._buffer = self._vector()
-        return own or self._buffer  # type: ignore[return-value]
+    def halo(self) -> Halo:
+        """An exchange of its own, of all nodes until it is told which. Collective."""
+        return Halo(self.comm, self.n_owned, self._owner, self._place)
 
     def sum_to_owner(self, field: np.ndarray) -> None:
         """Add what ghosts hold onto their owners, in place (3 n_nodes,). Collective."""
-        if self.comm.size == 1:
-            return
-        array, vector = self._carrier(field)
-        if array is not field:
-            array[:] = field
-        vector.scatter_reverse(SUM)
-        if array is not field:
-            field[: 3 * self.n_owned] = array[: 3 * self.n_owned]
+        self._all.sum_to_owner(field)
 
     def copy_to_ghosts(self, field: np.ndarray) -> None:
         """Give ghosts the values of their owners, in place (3 n_nodes,). Collective."""
-        if self.comm.size == 1:
-            return
-        array, vector = self._carrier(field)
-        if array is not field:
-            array[: 3 * self.n_owned] = field[: 3 * self.n_owned]
-        vector.scatter_forward()
-        if array is not field:
-            field[3 * self.n_owned :] = array[3 * self.n_owned :]
+        self._all.copy_to_ghosts(field)
 
     def local_nodes(self, input_nodes: np.ndarray, owned_only: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Local nodes among `input_nodes` (indices of the input mesh), and their positions in that list. Rank-local."""

@@ -85,6 +85,7 @@ class Dynamics:
         self.changed = np.empty(0, np.int64)  # nodes whose velocities parts change after the kick, and ghosts
         self.marks = np.repeat(structure.on_small * np.int8(SMALL), 3)
         self.updates = 0  # of elements so far, of all ranks
+        self.halo = self.domain.halo()  # of the nodes that a step computes
         self.follow()
         self.time, self.step_count, self.dt = 0.0, 0, 0.0
         # energy balance at the last check, None: taken afresh at the next step [J]
@@ -102,6 +103,7 @@ class Dynamics:
         free_inverse_mass(self.structure.mass, self.moving, inside, self.inverse_mass)
         self.runs, self.owned_runs = runs(touched), runs(touched[: self.domain.n_owned])
         self.touched = touched
+        self.halo.choose(touched)
         self.updated_cells = self.structure.count_active()
         self._mark()
 
@@ -167,7 +169,7 @@ class Dynamics:
         self._sum_over_ranks(dt)
         for part, summed in zip(self.parts, self.stretches):
             part.kick(dt, summed)
-        self.domain.copy_to_ghosts(s.v)
+        self.halo.copy_to_ghosts(s.v)
 
     def _sum_over_ranks(self, dt: float) -> None:
         """What the parts sum over the ranks, in one message: reactions of groups, positions of the nodes near contact.
@@ -196,7 +198,7 @@ class Dynamics:
         for part in self.parts:
             part.add_force(dt)
         self.kernel_time += working_time() - clock
-        self.domain.sum_to_owner(s.force)
+        self.halo.sum_to_owner(s.force)
 
     def begin_here(self) -> None:
         """Take the present stresses as the state of a beginning: works of the elements are those that they hold.

@@ -249,3 +249,27 @@ def within(active, region, first, last, in_slabs):
             touched[n] = last[n] >= low and first[n] < end
             inside[n] = first[n] >= low and last[n] < end
     return touched, inside
+
+
+@njit(cache=True, error_model="numpy")
+def take_rows(field, nodes, rows):
+    """Values at nodes (k,) of a field (3 n,) -> rows (k, 3)."""
+    for k in range(nodes.size):
+        for c in range(3):
+            rows[k, c] = field[3 * nodes[k] + c]
+
+
+@njit(cache=True, error_model="numpy")
+def put_rows(field, nodes, rows):
+    """Rows (k, 3) -> values at nodes (k,) of a field (3 n,)."""
+    for k in range(nodes.size):
+        for c in range(3):
+            field[3 * nodes[k] + c] = rows[k, c]
+
+
+@njit(cache=True, error_model="numpy")
+def add_rows(field, nodes, rows):
+    """Rows (k, 3) added to the values at nodes (k,) of a field (3 n,)."""
+    for k in range(nodes.size):
+        for c in range(3):
+            field[3 * nodes[k] + c] += rows[k, c]

@@ -94,7 +94,7 @@ class Structure:
         self.rings, in_ring = find_rings(domain.reference.reshape(-1, 3), cells, region, self.table.rows, axis)
         beside = ElementBlocks(cells[~in_ring], region[~in_ring], self.table, stateless=True)
         self.small = ElementBlocks(self.rings.outside, region[~in_ring], self.table, stateless=True)
-        self.x, self.v, self.force = domain.reference.copy(), domain.shared_vector(), domain.shared_vector()
+        self.x, self.v, self.force = domain.reference.copy(), domain.nodal_vector(), domain.nodal_vector()
         if slab is not None:
             self.anchor = domain.reference.copy()
             self.NODAL = (*self.NODAL, "anchor")

@@ -44,8 +44,8 @@ from rail_fem.fe.contact import contact as contact_module
 from rail_fem.fe.contact import forces as contact_kernels
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.search import PairSearch
-from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.halo import Halo
 from rail_fem.fe.passage import build_passage
 from rail_fem.fe.recorder import Recorder
 from rail_fem.fe.run import Run
@@ -84,7 +84,7 @@ PARTS: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
     ("travelling window", TravellingWindow, ("advance",)),
     ("travelling window", Dynamics, ("follow",)),
     ("sums of forces", Recorder, ("after_step",)),
-    ("exchange of ghosts", Domain, ("sum_to_owner", "copy_to_ghosts")),
+    ("exchange of ghosts", Halo, ("sum_to_owner", "copy_to_ghosts")),
     ("motion of the nodes", dynamics_module, ("kick", "drift", "drift_nodes")),
     ("motion of the nodes", contact_module, ("apply_contact",)),
     ("all else", Dynamics, ("step",)),
@@ -305,7 +305,7 @@ def ranks_table(chosen: TimedPass) -> Table:
     of_shared, of_alone = Log(), Log()
     watch_messages(shared, of_shared, MESSAGES)
     for name in ("sum_to_owner", "copy_to_ghosts"):
-        setattr(shared.dynamics.domain, name, of_shared.timed(name, getattr(shared.dynamics.domain, name)))
+        setattr(shared.dynamics.halo, name, of_shared.timed(name, getattr(shared.dynamics.halo, name)))
     for _ in range(0, chosen.steps, TURN):
         for run, log in ((shared, of_shared), (alone, of_alone)):
             world.barrier()

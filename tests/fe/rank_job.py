@@ -58,6 +58,25 @@ def build(comm, steel=MN13):
     return mesh, Dynamics(structure, Supports([base, plate, axle], links), contact)
 
 
+def exchange_of_some(domain: Domain) -> float:
+    """By how much copies and sums of the nodes with an even number in the input differ from what they must be, all
+    nodes together; each holds its number and its rank's. Collective."""
+    comm, number = domain.comm, np.repeat(domain.node_input, 3)
+    even, ghost = number % 2 == 0, np.arange(len(number)) >= 3 * domain.n_owned
+    some = domain.halo()
+    holders = comm.allreduce(np.bincount(domain.node_input, minlength=domain.n_global))[number]
+    some.choose(even[::3])
+    told = number + 1e-3 * comm.rank
+    copied, every, summed = told.copy(), told.copy(), np.ones(len(number))
+    some.copy_to_ghosts(copied)
+    domain.copy_to_ghosts(every)
+    some.sum_to_owner(summed)
+    wrong = np.abs(copied - np.where(even, every, told)) + np.abs(np.where(ghost, 0.0, every - told))
+    wrong += ~ghost * np.abs(summed - np.where(even, holders, 1))
+    wrong += ghost * (every == told)
+    return comm.allreduce(float(wrong.sum()))
+
+
 def main(out, law=""):
     comm = MPI.COMM_WORLD
     mesh, dynamics = build(comm, CYCLIC if law == "cyclic" else MN13)
@@ -75,6 +94,7 @@ def main(out, law=""):
     x, v = gather_nodes(domain, structure.x), gather_nodes(domain, structure.v)
     peeq = gather_rows(comm, domain.cell_input[structure.finite_cells], plastic, len(mesh.cells))
     stress = gather_rows(comm, domain.cell_input[structure.finite_cells], structure.finite.stress(), len(mesh.cells))
+    exchange = exchange_of_some(domain)
     if comm.rank == 0:
         reactions = np.array([group.reaction for group in dynamics.supports.groups[:2]])
         np.savez(
@@ -90,6 +110,7 @@ def main(out, law=""):
             energies=np.array(list(energies.values())),
             ranks=comm.size,
             sums=np.array(sums),
+            exchange=exchange,
         )
 
 
