@@ -16,6 +16,8 @@ import mpi4py.MPI  # noqa: F401
 import numpy as np
 from scipy import sparse
 
+from rail_fem.fe.heap import give_back_large_arrays
+
 with tempfile.TemporaryDirectory() as _empty, contextlib.chdir(_empty):
     import basix
     import ffcx
@@ -40,6 +42,7 @@ with tempfile.TemporaryDirectory() as _empty, contextlib.chdir(_empty):
         elements = None
     for _compiler in (jit, ffcx):
         (getattr(_compiler, "get_options", None) or _compiler.get_parameters)()  # kept from the first call on
+give_back_large_arrays()
 
 
 def coordinate_element(shape: str, degree: int, dimension: int):
