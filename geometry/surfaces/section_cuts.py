@@ -13,15 +13,14 @@ from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.crossing import CrossingError
 from geometry.surfaces.crossing_surface import FLOOR, NO_METAL
 from geometry.surfaces.section_grid import Line, heights_between
-from geometry.surfaces.sections import SectionBody, split, tracked
+from geometry.surfaces.sections import STEEPEST, SectionBody, split, tracked
 
 MM = 1e-3
 SPACING = 0.2 * MM  # of a section's points across
 MARGIN = 3 * MM  # of floor beside a section's bodies
 FIRST_STEP = 50 * MM  # between the stations that are tried first
 LEAST_STEP = 1 * MM  # below which no stretch is halved: what is left is an edge, not a curve
-RUNNING_DEPTH = 16 * MM  # below a section's top, down to which it must be met
-STEEPEST = 1.0  # slope across up to which it must be met: on steeper faces the table's own 0.25 mm decide
+RUNNING_DEPTH = 16 * MM  # below a section's top, down to which it must be met, but for its steep faces
 MOST_STATIONS = 2000
 SectionAt = Callable[[float], np.ndarray]  # x [m] -> (n, 2) y, z [m] of the section there
 

@@ -4,12 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geometry.profiles.defects import noise_level, spikes, without_zigzag
+from geometry.profiles.doctor import MOST_TAKEN_OUT, NOISE
 from geometry.profiles.formats.slices import RailSlices
 from geometry.profiles.profile import ProfileError
 
 FACE_DEPTH = 0.014  # below the section's own top, where a gauge face is placed [m]
 FLOOR = 0.025  # deeper than this between two bodies is a flangeway [m]
 NARROWEST = 2e-3  # of a body [m]
+STEEPEST = 1.0  # slope across of a running surface: what is steeper is a face
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +44,28 @@ class SectionCrossing:
         body."""
         pairs = tracked([split(points, float(at)) for at, points in zip(x, sections)])
         return cls(np.asarray(x, float), tuple(wing for wing, _ in pairs), tuple(nose for _, nose in pairs))
+
+    def outliers(self) -> list[tuple[str, float, float, float]]:
+        """Single points of running surfaces that stand out of the line of their section, as geometry.profiles.doctor
+        finds them: "wing" or "nose", x, y and how far up [m]."""
+        found = []
+        for name, bodies in (("wing", self.wings), ("nose", self.noses)):
+            for x, body in zip(self.x, bodies):
+                if body is not None:
+                    at, up = standing_out(body)
+                    found += [(name, float(x), float(body.face + body.u[k]), float(off)) for k, off in zip(at, up)]
+        return found
+
+
+def standing_out(body: SectionBody) -> tuple[np.ndarray, np.ndarray]:
+    """Indices (k,) of points of a body's running surface that stand out of the line, and by how much in height [m]."""
+    points, most = np.column_stack([body.u, body.z]), max(1, int(MOST_TAKEN_OUT * len(body.u)))
+    kept = without_zigzag(points, most)
+    kept = np.delete(kept, spikes(points[kept], max(NOISE, 8.0 * noise_level(points)), most) if len(kept) > 8 else [])
+    up = body.z - np.interp(body.u, *points[kept].T)
+    running = (body.z > body.z.max() - FACE_DEPTH) & (np.abs(np.gradient(body.z, body.u)) < STEEPEST)
+    at = np.setdiff1d(np.flatnonzero(running), kept)
+    return at, up[at]
 
 
 def split(points: np.ndarray, x: float) -> tuple[SectionBody | None, SectionBody | None]:

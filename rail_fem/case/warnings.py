@@ -74,7 +74,9 @@ def _off_the_sections(scene: Scene, settings: Frozen) -> list[str]:
 
 def scene_warnings(scene: Scene) -> list[str]:
     """Warnings about the physics."""
-    warnings = [] if scene.wheel.measured is None else scene.wheel.measured.warnings
+    warnings = [
+        line for read in (scene.wheel.measured, scene.crossing.read) if read is not None for line in read.warnings
+    ]
     if scene.wheel.profile in SURROGATES:
         warnings.append(
             f"wheel profile {scene.wheel.profile} is a surrogate ({SURROGATES[scene.wheel.profile]}), not a measured"

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from geometry.cad.step_crossing import LARGEST_EXTENT, StepReading, read_step
-from geometry.profiles.formats.columns import read_columns, said_unit
+from geometry.profiles.formats.columns import COMMENT, read_columns, said_unit
 from geometry.profiles.formats.raw import LARGEST_SECTIONS, RawProfile, numbers, open_file, read_text
 from geometry.profiles.formats.simpack import read_simpack
 from geometry.profiles.formats.slices import common_unit, read_slices
@@ -70,6 +70,19 @@ class CrossingFile:
             data.update(f"{points.shape}".encode() + np.ascontiguousarray(points, "<f8").tobytes())
         return data.hexdigest()
 
+    @functools.cached_property
+    def warnings(self) -> list[str]:
+        """What is doubtful about the sections, one line each."""
+        found = self.crossing(False).sections.outliers()
+        if not found:
+            return []
+        name, x, y, off = max(found, key=lambda one: abs(one[-1]))
+        return [
+            f"sections {Path(self.source).name}: {len(found)} point(s) stand out of the line of their section, most the"
+            f" {name}'s at x = {x * 1e3:.1f} mm, y = {y * 1e3:.2f} mm, by {off * 1e3:+.2g} mm, and forces"
+            " follow them: correct them or take them out"
+        ]
+
     def crossing(self, extend: bool) -> MeasuredCrossing:
         """The crossing; the same object for the same sections. Errors: CrossingError."""
         return _crossing(self, extend)
@@ -124,11 +137,13 @@ def read_crossing(path: Path, reading: SectionReading = SectionReading()) -> Cro
 def _read_table(path: Path, reading: SectionReading) -> tuple[np.ndarray, list[np.ndarray]]:
     """A table of x, y, z with z up; rows of one section stand together, its unit in the file or told."""
     lines, _ = read_text(path, LARGEST_SECTIONS)
-    rows = [(i, line.strip(";, \t")) for i, line in enumerate(lines, 1) if re.match(r"\s*[+-]?\.?\d", line)]
-    if not rows:
+    rows = [(i, line.strip(";, \t")) for i, line in enumerate(lines, 1) if line.strip(";, \t")]
+    first = next((k for k, (_, line) in enumerate(rows) if re.match(r"[+-]?\.?\d", line)), None)
+    if first is None:
         raise ProfileError(f"{path}: holds no row of x, y, z")
+    rows = [(i, line) for i, line in rows[first:] if not line.startswith(COMMENT)]
     named, units = _columns(path, lines[: rows[0][0] - 1], rows[0][1])
-    factor = metres_of(reading.unit) or said_unit(lines) or units
+    factor = metres_of(reading.unit) or units or said_unit(lines)
     if factor is None:
         raise ProfileError(f'{path}: write "# unit: mm" (or m) on its first line, or give unit')
     words = ((i, SPLIT.split(line)) for i, line in rows)

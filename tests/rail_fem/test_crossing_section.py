@@ -103,7 +103,7 @@ def test_a_table_is_read_by_the_names_of_its_columns(files, tmp_path):
         for k, (x, points) in enumerate(zip(crossing.read.x, crossing.read.sections))
         for y, z in points
     ]
-    for head in ("# unit: mm\nsection,x,y,z", "Section; X [mm]; Y [mm]; Z [mm]", "section,x_mm,y_mm,z_mm"):
+    for head in ("# unit: mm\nsection,x,y,z", "# unit: m\nSection; X [mm]; Y [mm]; Z [mm]", "section,x_mm,y_mm,z_mm"):
         (tmp_path / "own.csv").write_text("\n".join([head, *rows]))
         read = Crossing(family="sections", file=str(tmp_path / "own.csv")).read
         assert np.abs(read.x - crossing.read.x).max() < 1e-12
@@ -115,6 +115,28 @@ def test_a_table_is_read_by_the_names_of_its_columns(files, tmp_path):
         (tmp_path / "own.csv").write_text("\n".join([head, *rows]))
         with pytest.raises(ValueError, match=said):
             Crossing(family="sections", file=str(tmp_path / "own.csv"))
+
+
+def test_a_point_mistyped_in_a_table_of_sections_is_told(files, tmp_path):
+    """A height out of its section's line (2 mm on the wing make three times the impact); a row that begins with no
+    number, which was left out as a heading."""
+    crossing = Crossing(family="sections", file=str(files / "crossing.slcs")).read
+    assert crossing.warnings == []
+    k = int(np.argmin(np.abs(crossing.x - 0.25)))
+    sections = [points.copy() for points in crossing.sections]
+    at = int(np.argmin(np.abs(sections[k][:, 0] - 40 * MM)))
+    sections[k][at, 1] += 2 * MM
+    rows = [f"{x:.17g},{y:.17g},{z:.17g}" for x, points in zip(crossing.x, sections) for y, z in points]
+    (tmp_path / "own.csv").write_text("\n".join(["# unit: m", "x,y,z", *rows]))
+    path = case_with(tmp_path, 'family = "sections"', 'file = "own.csv"', "extend = true")
+    case = load_case(path)
+    told = [line for line in case_warnings(case.scene, case.runs["rigid_hertz"]) if "stand out" in line]
+    assert len(told) == 1 and "1 point(s)" in told[0] and "the wing's at x = 250.0 mm, y = 40" in told[0]
+    assert "by +2 mm" in told[0]
+    for word in ("nan", "O.25"):
+        (tmp_path / "own.csv").write_text("\n".join(["# unit: m", "x,y,z", *rows[:9], f"{word},0,0", *rows[9:]]))
+        with pytest.raises(CaseError, match=f'line 12: "{word}" is not '):
+            load_case(path)
 
 
 def test_sections_upside_down_are_asked_whether_z_points_up(files, tmp_path):
