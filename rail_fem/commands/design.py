@@ -72,6 +72,7 @@ def design(
     from rail_fem.design.search import search, trials_of
     from rail_fem.design.search_report import write_report
     from rail_fem.processes.pool import Lost, PoolError, Workers
+    from rail_fem.processes.stopping import AGAIN, last_words
 
     if launcher.rank_count() > 1:
         stop("design starts mpirun itself, run by run: leave mpirun out and give --ranks")
@@ -80,24 +81,27 @@ def design(
         stop(f"{given} is for the runs that prove: give --prove, too")
     by = Workers(workers, pool)
     try:
-        problem, changes = read_design(file), read_settings(settings or ())
-        if prove:
-            check_proof(problem, changes, finer or (), ranks)
-        if problem.facts:
-            if finer or begin is not None:
-                stop("--finer and --begin are of a search: an inversion has neither")
-            _invert(problem, out, by, rounds if prove else 0, changes, ranks, scenes)
-            return
-        earlier = trials_of(problem, begin) if begin is not None else []
-        if not prove:
-            found = search(problem, out, by, say, None, earlier)
-            say("\n" + write_report(problem, found, out))
-            return
-        runs = []
-        for proof in search_and_prove(problem, out, prove, rounds, by, changes, finer or (), ranks, say, tell, earlier):
-            runs = proof.runs
-            say("\n" + write_report(problem, proof.found, out))
-            say("\n" + write_proof(problem, runs, out))
+        with last_words(lambda: AGAIN):
+            problem, changes = read_design(file), read_settings(settings or ())
+            if prove:
+                check_proof(problem, changes, finer or (), ranks)
+            if problem.facts:
+                if finer or begin is not None:
+                    stop("--finer and --begin are of a search: an inversion has neither")
+                _invert(problem, out, by, rounds if prove else 0, changes, ranks, scenes)
+                return
+            earlier = trials_of(problem, begin) if begin is not None else []
+            if not prove:
+                found = search(problem, out, by, say, None, earlier)
+                say("\n" + write_report(problem, found, out))
+                return
+            runs = []
+            for proof in search_and_prove(
+                problem, out, prove, rounds, by, changes, finer or (), ranks, say, tell, earlier
+            ):
+                runs = proof.runs
+                say("\n" + write_report(problem, proof.found, out))
+                say("\n" + write_proof(problem, runs, out))
     except Lost as error:
         stop(f"a task of the search is lost: {error}: start again, it goes on where it was", RUN_FAILED)
     except (PoolError, DesignError, CaseError, VariationError, OSError) as error:

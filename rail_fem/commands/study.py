@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from rail_fem.commands.ending import refusing
+
 STUDIES = {
     "wheelset": "contact points, rolling radii and conicity of a wheelset on plain line; its states on a crossing",
     "crossing-path": "wheels over the cast crossing: contact bands, axle height, transfer, dip angle",
@@ -43,4 +45,5 @@ def study(
         typer.echo(f"no study '{name}'; there are:\n{there}", err=True)
         raise typer.Exit(2)
     sys.argv = [f"rail-fem study {name}", *(["--quick"] if quick else []), *context.args]
-    typer.run(importlib.import_module(f"rail_fem.studies.{name.replace('-', '_')}").main)
+    with refusing():
+        typer.run(importlib.import_module(f"rail_fem.studies.{name.replace('-', '_')}").main)

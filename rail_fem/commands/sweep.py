@@ -67,6 +67,7 @@ def sweep(
     from rail_fem.case.variations import read_settings, read_variation
     from rail_fem.hierarchy import MODELS
     from rail_fem.processes.pool import MPI, PoolError, Workers
+    from rail_fem.processes.stopping import AGAIN, last_words
     from rail_fem.scene.units import parse
     from rail_fem.sweeps.array import QUEUES, write_array, write_tasks
     from rail_fem.sweeps.rows import cases_of, is_rows, read_rows, to_prove, write_rows
@@ -120,7 +121,7 @@ def sweep(
         say(str(write_array(jobs, out, array, ranks, limit, own_words(context))))
         return
     by = Workers(workers, pool, tries, limit)
-    with aside():
+    with aside(), last_words(lambda: AGAIN):
         with refusing(PoolError):
             outcomes = run_sweep(jobs, ranks, tell, by)
             better, proofs = ("", []) if rows is None or one else to_prove(rows, found, outcomes)

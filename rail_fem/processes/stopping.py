@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator
 ENDING = (signal.SIGINT, signal.SIGTERM)
 PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux
 _process_control = ctypes.CDLL(None).prctl if sys.platform == "linux" else None
+AGAIN = "stopped; the same command goes on"  # of a sweep or a design, which know no --restart
 _last_words: list[Callable[[], str]] = []
 
 
@@ -43,7 +44,8 @@ def end_with_parent(number: int = signal.SIGKILL) -> None:
 
 @contextlib.contextmanager
 def last_words(action: Callable[[], str]) -> Iterator[None]:
-    """Should the program be stopped meanwhile, `action` is called, in another thread, and what it returns is said."""
+    """Should the program be stopped meanwhile, `action` is called, in another thread, and what it returns is said: of
+    several, all called, what the first that was entered says."""
     _last_words.append(action)
     try:
         yield
@@ -57,8 +59,7 @@ def _answer(heard: int) -> None:
     said = ""
     for action in reversed(_last_words):
         with contextlib.suppress(Exception):
-            words = action()
-            said = said or words
+            said = action() or said
     if said or "OMPI_COMM_WORLD_RANK" not in os.environ:  # of many ranks the one that has something to say
         with contextlib.suppress(OSError):
             os.write(2, f"\n{signal.Signals(number).name}: {said or 'stopped'}\n".encode())

@@ -204,6 +204,7 @@ def sum_of(points: list, one: dict) -> float:
     (("patch", "P8", "60E1", "--load", "5 mm"), "dimension"),
     (("patch", "P8", "60E1", "--load", "50 kN", "--shift", "300 mm"), ""),
     (("study", "nothing"), "wheelset"),
+    (("study", "wheelset", "--wheel", "no.csv"), "unknown wheel profile 'no.csv'; known: P8"),
 ])  # fmt: skip
 def test_every_mistake_is_a_sentence(words, said):
     text = call(*words, code=2)

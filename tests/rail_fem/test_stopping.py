@@ -143,6 +143,18 @@ def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(started, case, t
     )
 
 
+def test_a_stopped_sweep_names_no_option_of_a_run(started, tmp_path):
+    run = started(
+        [sys.executable, "-m", "rail_fem", "sweep", "cases/nose_transfer.toml", "--model", "lumped"],
+        *("--vary", "scene.speed=30mph:90mph:400", "--out", tmp_path),
+    )
+    assert run.stdout.readline().startswith("cases/nose_transfer.toml")
+    assert run.stdout.readline().startswith("[1/400]")
+    run.send_signal(signal.SIGINT)
+    _, said = run.communicate(timeout=HANGS)
+    assert run.returncode == 130 and said == "\nSIGINT: stopped; the same command goes on\n"
+
+
 @pytest.mark.mpi
 @pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.validate)])
 def test_stop_of_mpirun_reaches_the_status(started, case, tmp_path, number):  # noqa: F811
