@@ -1,13 +1,17 @@
 """`rail-fem measured`: a measured record beside a result; `rail-fem low-pass`: a history as the trade quotes it."""
 
+import functools
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rail_fem.commands.ending import RUN_FAILED, refusing, say, stop
 from rail_fem.commands.options import not_a_runs
+
+if TYPE_CHECKING:
+    from rail_fem.scene.scene import Scene
 
 FEWEST_ROWS = 3  # of a history that can be filtered
 CutoffOption = Annotated[
@@ -107,11 +111,27 @@ def _beside(folder: Path, record: Path, cutoffs: list[str] | None, reach: str | 
         wanted = [math.inf, *([parse(text, "Hz")[0] for text in cutoffs] if cutoffs else CUTOFFS)]
         farthest = None if reach is None else parse(reach, "mm")[0]
         found = read_record(record, result.scene.velocity)
+        for key, value in found.notes.items():
+            if key.startswith("scene.") and (held := _other_value(result.scene, key, value)):
+                stop(f"{record}: # {key}: {value}, but the run has {held}: hold it against a run of its own pass")
         pair = align(found, of_result(result, found.quantity), farthest)
         say(score_table(found, pair, [score(pair, cutoff) for cutoff in wanted]))
         if draw is not None:
             title = f"{record.name} against {result.model}\n{scene_words(result.scene)}"
             say(f"drawn {write_figure(draw, lambda: record_figure(found, pair, wanted, title))}")
+
+
+def _other_value(scene: "Scene", key: str, value: str) -> str:
+    """What a scene has under this key, "" where it is this value. Errors: VariationError, QuantityError."""
+    from rail_fem.case.variations import field_of
+    from rail_fem.scene.input_errors import quantity_of
+    from rail_fem.scene.units import QuantityError, in_digits, si_factor
+
+    quantity, held = quantity_of(field_of(key)), functools.reduce(getattr, key.split(".")[1:], scene)
+    if quantity is None or not isinstance(held, float):
+        raise QuantityError(f"{key}: is no physical quantity of this run, no note: leave it out")
+    same = math.isclose(quantity.read(value), held, rel_tol=1e-6)
+    return "" if same else f"{in_digits(held / si_factor(quantity.unit), 5)} {quantity.unit}"
 
 
 def low_pass(

@@ -22,7 +22,8 @@ class Score:
 
     measured, computed : peaks [SI], NaN where they are those of the filter's ends;  offset : how far the computed one
         lies beyond the measured one [m]
-    difference : L2 of the difference over L2 of the measured deviation from its mean; NaN for a constant record
+    difference : L2 of the difference over L2 of the measured deviation from its mean, both but for the filter's ends;
+        NaN for a constant record, or one that is nothing else
     coherence : mean up to the cut-off, weighted by the measured power; NaN where the stretch is too short
     """
 
@@ -115,16 +116,16 @@ def score(pair: Alignment, cutoff: float) -> Score:
     measured, computed = (low_pass(values, pair.rate, cutoff) for values in (pair.measured, pair.computed))
     one, two = int(np.argmax(np.abs(measured))), int(np.argmax(np.abs(computed)))
     time = np.arange(len(pair.x)) / pair.rate
-    known = np.where([is_its_own(time, row, cutoff) for row in (one, two)], 1.0, np.nan)
-    deviation = np.linalg.norm(measured - measured.mean())
+    own = is_its_own(time, np.arange(len(time)), cutoff)
+    known = np.where(own[[one, two]], 1.0, np.nan)
+    within, apart = measured[own], (computed - measured)[own]
+    deviation = np.linalg.norm(within - within.mean()) if len(within) else 0.0
     return Score(
         cutoff,
         float(measured[one] * known[0]),
         float(computed[two] * known[1]),
         float((pair.x[two] - pair.x[one]) * known.prod()),
-        float(np.linalg.norm(computed - measured) / deviation)
-        if deviation > NO_DEVIATION * np.linalg.norm(measured)
-        else np.nan,
+        float(np.linalg.norm(apart) / deviation) if deviation > NO_DEVIATION * np.linalg.norm(within) else np.nan,
         _coherence(pair, cutoff),
     )
 

@@ -49,9 +49,10 @@ def low_pass(values: np.ndarray, rate: float, cutoff: float) -> np.ndarray:
     return filtered[pad : pad + len(values)]
 
 
-def is_its_own(time: np.ndarray, row: int, cutoff: float) -> bool:
-    """Whether what is filtered at a row is the record's and not that of its ends. time : (n,) [s]"""
-    return min(time[row] - time[0], time[-1] - time[row]) >= LENGTH / cutoff
+def is_its_own(time: np.ndarray, row: int | np.ndarray, cutoff: float) -> np.ndarray:
+    """Whether what is filtered at a row, or at each of (m,) rows, is the record's and not that of its ends. time : (n,)
+    [s]"""
+    return np.asarray(np.minimum(time[row] - time[0], time[-1] - time[row]) >= LENGTH / cutoff)
 
 
 def evenly(time: np.ndarray, *columns: np.ndarray) -> tuple[np.ndarray, ...]:
