@@ -78,7 +78,7 @@ class MeshQuality:
 def mesh_quality(mesh: HexMesh, wave_speed: float = WAVE_SPEED) -> MeshQuality:
     """Judge a mesh for explicit dynamics; wave_speed: dilatational wave speed [m/s] of the fastest material."""
     jacobian, volume, length, shortest, longest, eigen = over_cells(_measures, mesh.points, mesh.cells).T
-    slowest = np.argsort(length, kind="stable")[:10]
+    slowest = np.argsort(length, kind="stable")[:10].copy()  # not a view of all
     worst = jacobian.argmin()
     counts = {f"cells in {name}": int((mesh.region == i).sum()) for i, name in enumerate(mesh.region_names)}
     counts |= {"nodes": len(mesh.points), "surface quads": len(mesh.surface), "clamped nodes": len(mesh.clamp)}

@@ -16,7 +16,7 @@ from geometry.surfaces.bodies import CROSSING, NO_METAL, REGIONS
 from geometry.surfaces.depth_field import STEEPEST
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.fields import cell_rows
-from rail_fem.fe.parts import cells_of, parts_of, surface_nodes
+from rail_fem.fe.parts import cells_of, parts_of
 from rail_fem.fe.run import Run
 from rail_fem.result.plastic_zone import near, plastic_zone, strained_box
 
@@ -30,21 +30,21 @@ def metal(run: Run) -> dict[str, dict]:
     rail_fem.result.plastic_zone.PlasticZone, whether the block lies clear of the wheel, so that its stresses are
     residual, and the surface: see `surface_change`. Collective, replicated."""
     run.dynamics.bring_up()
-    domain, mesh, rows = run.dynamics.domain, run.passage.mesh, cell_rows(run.dynamics)
-    relative = run.passage.relative
-    wheel = run.passage.running.start + run.dynamics.contact.wheel.offset
+    domain, passage, rows = run.dynamics.domain, run.passage, cell_rows(run.dynamics)
+    relative = passage.relative
+    wheel = passage.running.start + run.dynamics.contact.wheel.offset
     zones, surfaces = {}, {}
     for number, part in enumerate(parts_of(run)):
         mine = cells_of(part, domain)
         if not run.comm.allreduce(len(mine)):
             continue
         zone, whole = _yielded(domain, rows, mine, number % run.comm.size)
-        nodes = run.comm.bcast(None if mesh is None else surface_nodes(part, mesh), root=0)
-        positions = _positions(domain, relative, nodes)
+        positions = _positions(domain, relative, passage.rail_nodes[passage.rail_region == part.body])
         if zone is not None:
             zones[part.name] = zone[:, :24].reshape(-1, 8, 3), zone[:, 24], zone[:, 25:], whole
         if positions is not None:  # on root
-            surfaces[part.name] = surface_change(positions[:, 0], positions[:, 2] - positions[:, 5], wheel)
+            own = positions[part.holds(positions[:, 0])]
+            surfaces[part.name] = surface_change(own[:, 0], own[:, 2] - own[:, 5], wheel)
     judged = run.comm.gather({name: plastic_zone(*zone).plain() for name, zone in zones.items()}, root=0)
     found = {}
     for name, surface in surfaces.items():
@@ -112,18 +112,18 @@ def falls(run: Run, worn: np.ndarray | None) -> dict[str, np.ndarray]:
 
     worn : (n,) [m] that wear has taken off each node, which does not count, on root; None: nothing
     """
-    domain, mesh, running, relative = run.dynamics.domain, run.passage.mesh, run.passage.running, run.passage.relative
+    passage, running, relative = run.passage, run.passage.running, run.passage.relative
     end = running.start + run.dynamics.contact.wheel.offset - running.sign * CLEAR
     found = {"pressed": np.array(sorted((running.start, end)))}
     for body in CROSSING:
-        nodes = run.comm.bcast(None if mesh is None else np.unique(mesh.surface[mesh.surface_region == body]), root=0)
-        positions = _positions(domain, relative, nodes)
+        nodes = passage.rail_nodes[passage.rail_region == body]
+        positions = _positions(run.dynamics.domain, relative, nodes)
         if positions is not None:
             before, after = positions[:, :3].copy(), positions[:, 3:]
             before[:, 2] -= 0.0 if worn is None else worn[nodes]
             at, lowered = fallen(before, after, run.scene.crossing.surface, REGIONS[body])
             found |= {f"{REGIONS[body]}_at": at, f"{REGIONS[body]}_lowered": lowered}
-    return found if mesh is not None else {}
+    return found if run.comm.rank == 0 else {}
 
 
 def fallen(before: np.ndarray, after: np.ndarray, crossing: AnyCrossing, body: str) -> tuple[np.ndarray, np.ndarray]:

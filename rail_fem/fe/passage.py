@@ -61,8 +61,8 @@ class Passage:
     axle: RigidGroup
     sprung: RigidGroup | None
     settling: Link | None
-    mesh: HexMesh | None  # root only
-    rail_region: np.ndarray  # (n_rail,) number of the body of each rail surface node
+    rail_nodes: np.ndarray  # (n_rail,) input nodes of the rail's surface, ascending
+    rail_region: np.ndarray  # (n_rail,) number of the body of each
     start: StartState
     static_load: float  # NaN where the pass does not begin at rest
     datum_height: float  # of the wheel's D0 at the start, over a crossing at rest under the static load [m]
@@ -185,7 +185,7 @@ def build_passage(
         axle=axle,
         sprung=held.sprung,
         settling=held.settling,
-        mesh=mesh,
+        rail_nodes=rail.nodes,
         rail_region=region,
         start=start,
         static_load=scene.static_wheel_load if start.resting else np.nan,

@@ -49,7 +49,7 @@ class Slabs:
     def of_nodes(self, x: np.ndarray, region: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """First and last slab (n,), (n,) that a node's elements lie in: two neighbours for a node on a plane between
         them. x : reference position [m];  region : (n,) of its elements"""
-        first, last = np.zeros(len(x), np.int64), np.zeros(len(x), np.int64)
+        first, last = np.zeros(len(x), np.int16), np.zeros(len(x), np.int16)
         for number, planes in enumerate(self.planes):
             mine = region == number
             if len(planes):

@@ -85,7 +85,7 @@ class TravellingWindow(DynamicsPart):
         self.facet_slab = slabs.of_cells(contact.surfaces.reference[rail].mean(axis=1)[:, 0], facet_region)
         domain = structure.domain
         self.comm = domain.comm
-        region = np.zeros(domain.n_nodes, np.int64)
+        region = np.zeros(domain.n_nodes, np.int8)
         region[domain.cells.ravel()] = np.repeat(domain.region, 8)
         self.region, self.in_slabs = region, (slabs.counts > 0)[region]
         self.first, self.last = slabs.of_nodes(domain.reference[::3], region)

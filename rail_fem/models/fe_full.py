@@ -140,8 +140,11 @@ def _passes(
     for number in range(1, settings.passes + 1):
         below = _folder_of(folder, number, settings.passes)
         passage = build_passage(comm, scene, settings, running, mesh, datum, start, aside, wheel, block)
+        if number == settings.passes:
+            mesh = None  # no run needs it, and all would wait for its memory
         if carried is not None:
             lay_in(passage, carried)
+            carried = None
         identity = identity | {"mesh": seal, "pass": str(number)}
         run = Run(comm, scene, settings, passage, below, progress, identity)
         run.started = started
@@ -157,6 +160,7 @@ def _passes(
             result = replace(result, passes=tuple(map(reported, results)))
         if number < settings.passes:
             carried = steel_after(run)
+            del passage, run  # before the next is made
             if below is not None:
                 on_root(partial(result.save, below))
     if folder is not None:

@@ -93,7 +93,7 @@ def test_the_largest_plastic_strain_is_that_of_its_own_body_and_place():
     x, y, _ = structure.domain.reference.reshape(-1, 3).T
     pulled = np.where(y < 2, 0.02 * (x > 1.5), np.where(y < 8, 0.04 * (x > 3.5), 0.08 * (x > 0.5)))
     place(structure, structure.domain.reference.reshape(-1, 3) + pulled[:, None] * [1.0, 0.0, 0.0], 1.0)
-    passage = SimpleNamespace(mesh=mesh, running=SimpleNamespace(start=0.0, end=6.0))
+    passage = SimpleNamespace(running=SimpleNamespace(start=0.0, end=6.0))
     run = SimpleNamespace(dynamics=Dynamics(structure), passage=passage, comm=MPI.COMM_SELF, scene=with_leg_until(0.0))
     peaks = strain_peaks(run)
     assert peaks.keys() == {"plastic_strain_wing", "plastic_strain_nose"}
@@ -132,7 +132,9 @@ def test_what_is_left_in_the_metal_is_that_of_each_body():
     dynamics, relative = Dynamics(structure), structure.x.reshape(-1, 3) + [0.0, 0.0, 1e-3]
     dynamics.contact = SimpleNamespace(wheel=SimpleNamespace(offset=0.05))
     running = SimpleNamespace(start=0.0, end=6 * size)
-    passage = SimpleNamespace(mesh=mesh, running=running, relative=relative)
+    nodes = np.unique(mesh.surface)
+    rail = dict(rail_nodes=nodes, rail_region=np.digitize(mesh.points[nodes, 1], [4 * size, 9 * size]))
+    passage = SimpleNamespace(**rail, running=running, relative=relative)
     run = SimpleNamespace(dynamics=dynamics, passage=passage, comm=MPI.COMM_SELF, scene=with_leg_until(0.0))
     found = metal(run)
     assert found.keys() == {"wing", "nose"}
