@@ -23,6 +23,8 @@ from rail_fem.fe.state import (
 )
 from rail_fem.scene.steel import Steel
 
+AT_A_TIME = 64  # blocks that are read or written at a time: copies of all would be peaks of memory
+
 
 @dataclass(frozen=True)
 class ElementSettings:
@@ -152,8 +154,10 @@ class ElementBlocks:
     def in_cells(self, entries: np.ndarray) -> np.ndarray:
         """Entries (n_blocks, count, LANES) of blocks -> rows (m, count) in the order of `cells`."""
         out = np.empty((self.n_cells, entries.shape[1]))
-        real = self.cell_of >= 0
-        out[self.cell_of[real]] = entries.transpose(0, 2, 1).reshape(-1, entries.shape[1])[real]
+        for first in range(0, len(entries), AT_A_TIME):
+            part = entries[first : first + AT_A_TIME].transpose(0, 2, 1).reshape(-1, entries.shape[1])
+            cell = self.cell_of[LANES * first :][: len(part)]
+            out[cell[cell >= 0]] = part[cell >= 0]
         return out
 
     def in_blocks(self, rows: np.ndarray) -> np.ndarray:

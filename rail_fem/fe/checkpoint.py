@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rail_fem.fe.blocks import ElementBlocks
+from rail_fem.fe.blocks import AT_A_TIME, ElementBlocks
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.global_rows import from_blocks, nodes_to_blocks, to_blocks
 from rail_fem.fe.saved_state import gather_state, restore_state
@@ -38,23 +38,21 @@ def element_state(blocks: ElementBlocks) -> np.ndarray:
 
 def restore_elements(blocks: ElementBlocks, rows: np.ndarray) -> None:
     """Padding gets the state of its block's first element, whose nodes it repeats."""
-    state = blocks.in_blocks(rows)
-    real = (blocks.cell_of >= 0).reshape(-1, 1, LANES)
-    state = np.where(real, state, state[:, :, :1])
-    blocks.entries[:] = state[:, : blocks.rows]
-    if blocks.back_rows:
-        blocks.back[:] = state[:, blocks.rows :].ravel()
+    cell_of = blocks.cell_of.reshape(-1, LANES)
+    back = blocks.back.reshape(len(cell_of), blocks.back_rows, LANES)
+    for first in range(0, len(cell_of), AT_A_TIME):
+        part = slice(first, first + AT_A_TIME)
+        state = rows[np.where(cell_of[part] < 0, cell_of[part, :1], cell_of[part])].transpose(0, 2, 1)
+        blocks.entries[part], back[part] = state[:, : blocks.rows], state[:, blocks.rows :]
 
 
 def _block_works(structure: Structure) -> np.ndarray:
     """For each finite-strain cell (m, 2 + N_WORK): its block by number over all ranks, how many cells that has, its
     works [J]. Collective."""
     blocks, comm = structure.finite, structure.domain.comm
-    number = np.repeat(comm.scan(len(blocks.filled)) - len(blocks.filled) + np.arange(len(blocks.filled)), LANES)
-    each = np.column_stack([number, np.repeat(blocks.filled, LANES), np.repeat(structure.block_work, LANES, axis=0)])
-    out, real = np.empty((blocks.n_cells, each.shape[1])), blocks.cell_of >= 0
-    out[blocks.cell_of[real]] = each[real]
-    return out
+    number = comm.scan(len(blocks.filled)) - len(blocks.filled) + np.arange(len(blocks.filled))
+    each = np.column_stack([number, blocks.filled, structure.block_work])
+    return blocks.in_cells(np.broadcast_to(each[:, :, None], (*each.shape, LANES)))
 
 
 def _restore_block_works(structure: Structure, rows: np.ndarray) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.meshing.quality import eigen_length, over_cells
-from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
+from rail_fem.fe.blocks import AT_A_TIME, ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.elastic import elastic_stress, fixed_geometry
 from rail_fem.fe.hexahedron import stored_energy, update_elements, volumes
@@ -14,8 +14,6 @@ from rail_fem.fe.hexahedron_full import stored_energy_full, update_full_elements
 from rail_fem.fe.rings import find_line_forces, find_rings, give_lines, take_energy
 from rail_fem.fe.state import LANES, LAW, LINEAR_VISCOSITY, N_WORK, POINTS, QUADRATIC_VISCOSITY
 from rail_fem.scene.steel import Steel
-
-BLOCKS_AT_A_TIME = 64  # scratch state of a product with the stiffness
 
 
 def cell_masses(points: np.ndarray, cells: np.ndarray, region: np.ndarray, steels: list[Steel], least_step: float):
@@ -194,10 +192,15 @@ class Structure:
 
     def small_stress(self) -> np.ndarray:
         """Stress of the small-displacement elements (m, 6), order VOIGT [Pa], without damping. Rank-local."""
-        cells, region, rows = self.domain.cells[self.small_cells], self.domain.region[self.small_cells], self.table.rows
-        b, reference = ElementBlocks(cells, region, self.table, stateless=True), self.domain.reference
-        blocks = b.nodes, b.filled, b.material_of, rows
-        return b.in_cells(elastic_stress(self.x - reference, *blocks, fixed_geometry(reference, *blocks)[0]))
+        out, reference = np.empty((len(self.small_cells), 6)), self.domain.reference
+        moved = self.x - reference
+        for first in range(0, len(out), LANES * AT_A_TIME):
+            part = self.small_cells[first : first + LANES * AT_A_TIME]
+            b = ElementBlocks(self.domain.cells[part], self.domain.region[part], self.table, stateless=True)
+            blocks = b.nodes, b.filled, b.material_of, self.table.rows
+            stress = elastic_stress(moved, *blocks, fixed_geometry(reference, *blocks)[0])
+            out[first : first + len(part)] = b.in_cells(stress)
+        return out
 
     def kinetic_energy(self) -> float:
         """Of the owned nodes [J]. Rank-local."""
@@ -210,8 +213,8 @@ class Structure:
         out, b = self.domain.nodal_vector(), self.finite
         rows, scale = self.table.rows.copy(), 1e-9
         rows[:, [LINEAR_VISCOSITY, QUADRATIC_VISCOSITY, LAW]] = 0.0
-        for first in range(0, len(b.filled), BLOCKS_AT_A_TIME):
-            part = slice(first, first + BLOCKS_AT_A_TIME)
+        for first in range(0, len(b.filled), AT_A_TIME):
+            part = slice(first, first + AT_A_TIME)
             filled = b.filled[part]
             state = b.unstressed(len(filled))
             nodes, work = b.nodes.reshape(-1, 8 * LANES)[part].ravel(), np.zeros(N_WORK * len(filled))

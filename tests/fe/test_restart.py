@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import tracemalloc
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -10,11 +11,13 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from geometry.meshing.blocks import mesh_box
 from rail_fem.case.casefile import load_case
 from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
-from rail_fem.fe.checkpoint import _block_works, _restore_block_works
+from rail_fem.fe.checkpoint import _block_works, _restore_block_works, load_checkpoint, save_checkpoint
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.pairs import Pairs
+from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import build_passage
 from rail_fem.fe.recorder import Recorder
@@ -27,6 +30,7 @@ from rail_fem.files.sealed import SealError
 from rail_fem.models import fe_full
 from rail_fem.scene.steel import MN13
 from rail_fem.settings.explicit import FeSettings
+from tests.fe.bodies import structure_of
 from tests.fe.elastic_wheel import coarse_block, coarse_wheel, on_elastic_wheel
 from tests.rail_fem.test_readme import ROOT
 
@@ -338,3 +342,15 @@ def blocks_of(cells: np.ndarray) -> ElementBlocks:
     return ElementBlocks(
         np.zeros((len(cells), 8), np.int64), np.zeros(len(cells), np.int64), material_table([MN13], ElementSettings())
     )
+
+
+def test_restart_file_takes_little_memory_to_write_and_read(tmp_path):
+    """Beside what it holds, the elements' states in their order and some columns of them."""
+    dynamics, path = Dynamics(structure_of(mesh_box((1.0, 1.0, 1.0), (20, 20, 20)))), tmp_path / "checkpoint.npz"
+    tracemalloc.start()
+    for move in (save_checkpoint, load_checkpoint):
+        tracemalloc.reset_peak()
+        held = tracemalloc.get_traced_memory()[0]
+        move(path, dynamics, dynamics, {})
+        assert tracemalloc.get_traced_memory()[1] - held < 1.9 * path.stat().st_size
+    tracemalloc.stop()
