@@ -58,16 +58,17 @@ def boundary_faces(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     Returns the faces (k, 4) with outward normals by the right-hand rule, and the cell of each (k,).
     Raises MeshError where more than two cells share a face (the mesh is not conforming).
     """
-    faces = cells[:, FACES].reshape(-1, 4)
-    order, starts, counts = _group_equal_rows(np.sort(faces, axis=1))
+    rows = cells.astype(np.int32)[:, FACES].reshape(-1, 4)
+    rows.sort(axis=1)
+    order, starts, counts = _group_equal_rows(rows)
     if counts.max(initial=1) > 2:
-        worst = order[starts[counts.argmax()]]
+        owner, face = divmod(order[starts[counts.argmax()]], 6)
         raise MeshError(
-            f"face {faces[worst].tolist()} of cell {worst // 6} belongs to {counts.max()} cells; at most 2 may"
+            f"face {cells[owner, FACES[face]].tolist()} of cell {owner} belongs to {counts.max()} cells; at most 2 may"
             " share one"
         )
-    single = np.sort(order[starts[counts == 1]])
-    return faces[single], single // 6
+    owner, face = divmod(np.sort(order[starts[counts == 1]]), 6)
+    return cells[owner[:, None], FACES[face]], owner
 
 
 def _group_equal_rows(rows):
