@@ -59,16 +59,6 @@ class PlasticZone:
         return {name: told(value) for name, value in vars(self).items()}
 
 
-class _Samples(NamedTuple):
-    """Points within cells, each for an equal part of its cell: position (n, 3), volume (n,), vertical extent (n,), and
-    the number of its cell (n,)."""
-
-    position: np.ndarray
-    volume: np.ndarray
-    height: np.ndarray
-    cell: np.ndarray
-
-
 def plastic_zone(
     corners: np.ndarray, strain: np.ndarray, stress: np.ndarray, whole: float | None = None
 ) -> PlasticZone:
@@ -120,7 +110,7 @@ class _Block(NamedTuple):
 
 def _block(corners: np.ndarray, fields: np.ndarray, volume: np.ndarray) -> _Block:
     """Of all blocks of metal that of the largest mean of the first of the fields (m, f). A zone that is long is looked
-    at stretch by stretch, for cells are cut into thousands of samples."""
+    at stretch by stretch, and only where it may hold that block."""
     layers = np.arange(int(round(DEPTH / LAYER))) * LAYER
     nothing = np.full((len(layers), fields.shape[1]), np.nan)
     centre, strain = corners.mean(axis=1), fields[:, 0]
@@ -165,90 +155,51 @@ def _block_within(
 ) -> _Block | None:
     """The same among cells (m,), of blocks whose middle lies in a stretch along x [m]; None where there is no metal for
     any."""
-    samples = _samples(corners, volume)
-    column, first, shape, flat, top = _columns_of(samples)
-    depth = top[flat] - samples.position[:, 2]
-    weight = samples.volume * _overlap(depth, samples.height, 0.0, BLOCK[2])
-    metal = _boxes(np.bincount(flat, weight, len(top)).reshape(shape))
-    filled = _boxes(np.bincount(flat, weight * fields[samples.cell, 0], len(top)).reshape(shape))
+    from rail_fem.result.plastic_columns import add_layers, add_metal, raise_tops  # compiled, for explicit runs alone
+
+    first, shape = _columns_of(corners)
+    cut = corners, *_parts(corners)
+    columns = first * COLUMN, COLUMN
+    top, metal, filled = np.full(shape, -np.inf), np.zeros(shape), np.zeros(shape)
+    raise_tops(*cut, *columns, top)
+    add_metal(*cut, volume, fields[:, 0], *columns, top, BLOCK[2], metal, filled)
+    metal, filled = _boxes(metal), _boxes(filled)
     full = metal >= FULL * np.prod(BLOCK)
+    size = np.array([round(BLOCK[0] / COLUMN), round(BLOCK[1] / COLUMN)])
     if stretch is not None:
-        middle = (first[0] + np.arange(metal.shape[0]) + _columns()[0] / 2) * COLUMN
+        middle = (first[0] + np.arange(metal.shape[0]) + size[0] / 2) * COLUMN
         full &= ((middle >= stretch[0]) & (middle <= stretch[1]))[:, None]
     if not full.any():
         return None
     mean = np.where(full, filled / np.where(full, metal, 1.0), -np.inf)
     at = np.array(np.unravel_index(int(np.argmax(mean)), mean.shape))
-    below = ((column >= at) & (column < at + _columns())).all(axis=1)
-    profile = np.full((len(layers), fields.shape[1]), np.nan)
-    for k, start in enumerate(layers):
-        weight = samples.volume[below] * _overlap(depth[below], samples.height[below], start, start + LAYER)
-        if weight.sum() > 0:
-            profile[k] = weight @ fields[samples.cell[below]] / weight.sum()
-    surface = top.reshape(shape)[tuple(at + _columns() // 2)]
-    x, y = (first + at + _columns() / 2) * COLUMN
-    return _Block(float(mean.max()), (float(x), float(y), float(surface)), layers + LAYER / 2, profile)
+    held, sums = np.zeros(len(layers)), np.zeros((len(layers), fields.shape[1]))
+    add_layers(*cut, volume, fields, *columns, top, at, at + size, LAYER, held, sums)
+    profile = np.where(held[:, None] > 0, sums / np.where(held > 0, held, 1.0)[:, None], np.nan)
+    x, y = (first + at + size / 2) * COLUMN
+    return _Block(
+        float(mean.max()), (float(x), float(y), float(top[tuple(at + size // 2)])), layers + LAYER / 2, profile
+    )
 
 
-class _Columns(NamedTuple):
-    """Columns of COLUMN: of each sample its column (n, 2) counted from `first` (2,) and its place (n,) among all,
-    `shape` of these, and the height of the metal's top in each [m]."""
-
-    column: np.ndarray
-    first: np.ndarray
-    shape: tuple[int, ...]
-    flat: np.ndarray
-    top: np.ndarray
-
-
-def _columns_of(samples: _Samples) -> _Columns:
-    column = np.floor(samples.position[:, :2] / COLUMN).astype(np.int64)
-    first = column.min(axis=0)
-    column -= first
-    shape = tuple(column.max(axis=0) + 1)
-    flat = np.ravel_multi_index(column.T, shape)
-    top = np.full(shape[0] * shape[1], -np.inf)
-    np.maximum.at(top, flat, samples.position[:, 2] + samples.height / 2)
-    return _Columns(column, first, shape, flat, top)
-
-
-def _columns() -> np.ndarray:
-    """Columns of the block along and across."""
-    return np.array([round(BLOCK[0] / COLUMN), round(BLOCK[1] / COLUMN)])
-
-
-def _overlap(depth: np.ndarray, height: np.ndarray, upper: float, lower: float) -> np.ndarray:
-    """Part of pieces with middles at `depth` and vertical extents `height` that lies between two depths (n,)."""
-    inside = np.minimum(depth + height / 2, lower) - np.maximum(depth - height / 2, upper)
-    return np.clip(inside / height, 0.0, 1.0)
+def _columns_of(corners: np.ndarray) -> tuple[np.ndarray, tuple[int, ...]]:
+    """The columns of COLUMN over cells: number of the first along x and y (2,), and how many."""
+    plan = corners.reshape(-1, 3)[:, :2]
+    first = np.floor(plan.min(axis=0) / COLUMN).astype(np.int64) - 1
+    return first, tuple(np.floor(plan.max(axis=0) / COLUMN).astype(np.int64) + 2 - first)
 
 
 def _boxes(columns: np.ndarray) -> np.ndarray:
     """Sums over all blocks of columns; empty where the field is smaller than a block."""
-    nx, ny = _columns()
+    nx, ny = round(BLOCK[0] / COLUMN), round(BLOCK[1] / COLUMN)
     total = np.pad(columns.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     return total[nx:, ny:] - total[:-nx, ny:] - total[nx:, :-ny] + total[:-nx, :-ny]
 
 
-def _samples(corners: np.ndarray, volume: np.ndarray) -> _Samples:
-    """Each cell cut along its own axes into parts no longer than COLUMN."""
+def _parts(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Into how many parts no longer than COLUMN each cell is cut along its own axes (m, 3), and the vertical extent of
+    one (m,) [m]."""
     edges = (corners[:, AHEAD] - corners[:, BEHIND]).mean(axis=2)
     parts = np.ceil(np.linalg.norm(edges, axis=2) / COLUMN - 1e-6)
     counts = np.clip(parts, 1, MOST_PARTS).astype(np.int64)
-    parts = []
-    for count in np.unique(counts, axis=0):
-        mine = np.flatnonzero((counts == count).all(axis=1))
-        position = np.matmul(_shape_functions(count), corners[mine])
-        height = (np.abs(edges[mine, :, 2]) / count).sum(axis=1)
-        pieces = int(np.prod(count))
-        of_cells = (np.repeat(values, pieces) for values in (volume[mine] / pieces, height, mine))
-        parts.append(_Samples(position.reshape(-1, 3), *of_cells))
-    return _Samples(*(np.concatenate(column) for column in zip(*parts)))
-
-
-def _shape_functions(count: np.ndarray) -> np.ndarray:
-    """Trilinear shape functions (p, 8) at the middles of a cell's parts, `count` (3,) along its axes."""
-    axes = [(np.arange(n) + 0.5) / n for n in count]
-    r, s, t = (axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
-    bottom = np.stack([(1 - r) * (1 - s), r * (1 - s), r * s, (1 - r) * s], axis=1)
-    return np.concatenate([bottom * (1 - t)[:, None], bottom * t[:, None]], axis=1)
+    return counts, (np.abs(edges[:, :, 2]) / counts).sum(axis=1)
