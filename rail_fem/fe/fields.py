@@ -34,15 +34,16 @@ def cell_rows(dynamics: Dynamics) -> np.ndarray:
     return rows
 
 
-def write_frame(path: Path, dynamics: Dynamics, wheel_offset: float) -> None:
-    """One VTU file [SI]. wheel_offset : how far the wheel has moved along x [m]. Collective. Errors: ValueError on all
-    ranks where it cannot be written."""
+def write_frame(path: Path, dynamics: Dynamics, wheel_offset: float, dtype: str = "f8") -> None:
+    """One VTU file [SI]. wheel_offset : how far the wheel has moved along x [m];  dtype : of fields and points, "f4" for
+    half the time and size. Collective. Errors: ValueError on all ranks where it cannot be written."""
     domain, comm = dynamics.domain, dynamics.domain.comm
     dynamics.bring_up()
     if comm.rank == 0:
         path.parent.mkdir(parents=True, exist_ok=True)
     raised = 0.0 if dynamics.contact is None else dynamics.contact.search.raised
     blocks = _node_blocks(domain, dynamics.structure.x, wheel_offset, raised) + _cell_blocks(dynamics)
+    blocks = [(column._replace(dtype=dtype if column.dtype == "f8" else column.dtype), rows) for column, rows in blocks]
     chunks = [compressed(column, rows) for column, rows in blocks]
     every = comm.allgather([[len(chunk) for chunk in mine] for mine in chunks])
     columns = [column for column, _ in blocks]

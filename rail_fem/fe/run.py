@@ -128,7 +128,7 @@ class Run:
         self.save()
         if self.recorder.steps:
             self.recorder.row(self.dynamics.energies())
-        self._frame("final.vtu")
+        self._frame("final.vtu", "f8")
 
     def _over(self) -> bool:
         d = self.dynamics
@@ -232,14 +232,14 @@ class Run:
         return self.folder is not None and self.comm.bcast(due, root=0)
 
     def _next_frame(self) -> None:
-        self._frame(f"frame_{len(self.frames):04d}.vtu")
+        self._frame(f"frame_{len(self.frames):04d}.vtu", "f4")
         self.next_frame += self.passage.running.duration / self.settings.field_frames
 
-    def _frame(self, name: str) -> None:
+    def _frame(self, name: str, dtype: str) -> None:
         if self.folder is None:
             return
         d = self.dynamics
-        write_frame(self.folder / "fields" / name, d, d.contact.wheel.offset)
+        write_frame(self.folder / "fields" / name, d, d.contact.wheel.offset, dtype)
         self.frames.append([d.time, name])
         if self.comm.rank == 0:
             write_collection(self.folder / "fields" / "pass.pvd", self.frames)

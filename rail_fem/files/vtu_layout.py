@@ -26,7 +26,7 @@ LEVEL = 4  # of zlib: 1 fast to 9 small
 SECTIONS = ("Points", "Cells", "PointData", "CellData")
 HEXAHEDRON = 12  # VTK's number of the cell type
 RAW = '<AppendedData encoding="raw">\n_'  # what stands before the first byte of the arrays
-KINDS = {"f8": "Float64", "i8": "Int64", "i4": "Int32", "u1": "UInt8"}
+KINDS = {"f8": "Float64", "f4": "Float32", "i8": "Int64", "i4": "Int32", "u1": "UInt8"}
 
 
 class VtuArray(NamedTuple):
@@ -145,4 +145,5 @@ def _decompressed(data: bytes, offset: int, dtype: str) -> np.ndarray:
     expected = [whole] * (count - 1) + [partial or whole] if count else []
     if [len(chunk) for chunk in chunks] != expected:
         raise ValueError(f"chunks of {[len(chunk) for chunk in chunks]} bytes where {expected} are said")
-    return np.frombuffer(b"".join(chunks), np.dtype(dtype).newbyteorder("<")).astype(dtype)
+    numbers = np.frombuffer(b"".join(chunks), np.dtype(dtype).newbyteorder("<"))
+    return numbers.astype("f8" if dtype == "f4" else dtype)

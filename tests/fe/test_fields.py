@@ -60,6 +60,7 @@ def frame(tmp_path_factory):
     dynamics.time = 1.25e-3
     path = tmp_path_factory.mktemp("fields") / "frame.vtu"
     write_frame(path, dynamics, 0.0)
+    write_frame(path.with_name("single.vtu"), dynamics, 0.0, "f4")
     answer = subprocess.run([sys.executable, "-c", READ, str(path)], capture_output=True, text=True, timeout=HANGS)
     assert answer.returncode == 0, answer.stderr
     return gather_cells(dynamics)[:, :6], json.loads(answer.stdout), path
@@ -90,12 +91,18 @@ def test_file_says_its_time_and_is_read_back(frame):
     arrays, time = read_arrays(path)
     assert read["time"] == time == 1.25e-3
     np.testing.assert_array_equal(arrays["CellData/stress"], stress[:, VTK_ORDER])
+    single, _ = read_arrays(path.with_name("single.vtu"))
+    for name, exact in arrays.items():
+        np.testing.assert_allclose(single[name], exact, rtol=1e-7)
+    assert path.with_name("single.vtu").stat().st_size < 0.8 * path.stat().st_size
 
 
 @pytest.mark.skipif(sys.version_info >= (3, 13), reason="meshio 5.3 reads on beyond the end of raw arrays")
 def test_meshio_reads_it_too(frame):
     stress, _, path = frame
     by_meshio = meshio.read(path)
+    single = meshio.read(path.with_name("single.vtu"))
+    np.testing.assert_array_equal(single.cell_data["stress"][0], stress[:, VTK_ORDER].astype("f4"))
     assert by_meshio.field_data["TimeValue"].tolist() == [1.25e-3]
     np.testing.assert_array_equal(by_meshio.cell_data["stress"][0], stress[:, VTK_ORDER])
 
