@@ -35,8 +35,8 @@ def cell_rows(dynamics: Dynamics) -> np.ndarray:
 
 
 def write_frame(path: Path, dynamics: Dynamics, wheel_offset: float, dtype: str = "f8") -> None:
-    """One VTU file [SI]. wheel_offset : how far the wheel has moved along x [m];  dtype : of fields and points, "f4" for
-    half the time and size. Collective. Errors: ValueError on all ranks where it cannot be written."""
+    """One VTU file [SI]. wheel_offset : how far the wheel has moved along x [m];  dtype : of fields and points, "f4"
+    takes half the time and size. Collective. Errors: ValueError on all ranks where it cannot be written."""
     domain, comm = dynamics.domain, dynamics.domain.comm
     dynamics.bring_up()
     if comm.rank == 0:
