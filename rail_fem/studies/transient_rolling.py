@@ -22,6 +22,7 @@ from bem.halfspace.transient_fastsim import EllipseHistory, Rolled, SlipLaw, tra
 from bem.material import Elastic, Pair
 from geometry.surfaces.bodies import BODIES
 from rail_fem.case.casefile import load_case
+from rail_fem.case.examples import example
 from rail_fem.damage.crossing import PassContacts, pass_contacts
 from rail_fem.damage.sites import patch_options
 from rail_fem.damage.wear import JENDEL
@@ -175,7 +176,7 @@ def panels(found: dict[str, SteadyAndMoving]) -> list[Panel]:
     return [Panel("x of the wheel along the crossing [mm]", words, lines) for words, lines in asked.items()]
 
 
-CASE = Path("cases/damage/crossing_transfer.toml")
+CASE = example("damage/crossing_transfer")
 
 
 def main(

@@ -34,6 +34,11 @@ def test_table_and_figure(found):
     assert set(load.lines) == {"wing", "nose"} and len(work.lines) == 4
 
 
+def test_its_case_is_found_from_any_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert load_case(study.CASE).damage is not None
+
+
 def test_a_body_that_never_carries_is_said():
     read = load_case(study.CASE, {"damage.cells": 12})
     with pytest.raises(ValueError, match="nose: carries at 0 position"):
