@@ -11,8 +11,8 @@ from rail_fem.fe.plan.mass_scaling import CUBE, GAIN, SHARE, quasi_static_factor
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import TWIN_COST, FeSettings
 
-# At the peak: 0.469 GB with 15,972 cells, 0.694 with 132,952; Gmsh's own process is not in it.
-BYTES_PER_CELL = 1920.0
+# At the peak: 0.69 GB with 296,698 cells, 0.83 with 418,702; Gmsh's own process is not in it.
+BYTES_PER_CELL = 930.0
 BYTES_LIGHT = 220e6  # of a light model with its kernels; rigid_hertz 0.214 GB, bem_passage 0.217
 BYTES_PER_RANK = 440e6  # Python with dolfinx and numba loaded, before any mesh
 # Processor time of meshes, searches, the static start and figures, by 2 and 0.7 mm (9 and 26 s): as on the root alone;
@@ -20,7 +20,7 @@ BYTES_PER_RANK = 440e6  # Python with dolfinx and numba loaded, before any mesh
 PREPARATION, PREPARATION_PER_CELL = 6.7, 1.5e-4
 MESHING, MESHING_PER_CELL = 2.5, 4.4e-5
 TWIN_CELLS = 0.25  # of the twin that gives the error bars, over the run's own
-FULL_BYTES_PER_CELL, FULL_COST = 360.0, 3.0  # what eight points need beside that, and what an update of theirs costs
+FULL_BYTES_PER_CELL, FULL_COST = 1056.0, 3.0  # what eight points need beside that, and what an update of theirs costs
 UPDATES_PER_SECOND = 1.1e7  # per core, everything in a step included
 SHORTEST_EDGE = 0.5  # shortest cell edge over element_size, in graded and slanted cells
 

@@ -59,12 +59,12 @@ class Domain:
         index_map = geometry.index_map()
         self.n_owned, self.n_nodes = index_map.size_local, index_map.size_local + index_map.num_ghosts
         self.n_global = index_map.size_global
-        self.node_input = np.array(geometry.input_global_indices, dtype=np.int64)
+        self.node_input = np.array(geometry.input_global_indices, dtype=np.int32)
         self.reference = np.array(geometry.x[: self.n_nodes]).ravel()
         owned_cells = mesh.topology.index_map(3).size_local
         self.m_global = mesh.topology.index_map(3).size_global
         self.cells = np.ascontiguousarray(geometry_dofmap(mesh)[:owned_cells][:, VTK_TO_DOLFINX])
-        self.cell_input = original_cells(mesh)[:owned_cells].astype(np.int64)
+        self.cell_input = original_cells(mesh)[:owned_cells].astype(np.int32)
         wanted = comm.gather(self.cell_input, root=0)
         given = None if wanted is None else [np.asarray(region)[cells] for cells in wanted]
         self.region = comm.scatter(given, root=0)
