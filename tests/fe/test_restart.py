@@ -275,10 +275,10 @@ def test_stops_before_and_after_the_last_step_change_no_bit_of_the_result(whole,
         if run.dynamics.step_count == 150:
             raise Stopped
 
-    def stop_before_final_fields(run, name):
+    def stop_before_final_fields(run, name, kind="f4"):
         if name == "final.vtu":
             raise Stopped
-        goes_on[1](run, name)
+        goes_on[1](run, name, kind)
 
     for name, stop in (("_step", stop_half_way), ("_frame", stop_before_final_fields)):
         with monkeypatch.context() as patch, pytest.raises(Stopped):
