@@ -69,7 +69,9 @@ def light_result(
         cost=Cost(table.search_time + working_time() - started, 0, len(run.time), search_time=table.search_time),
         error_estimate=errors,
         trust=about,
-        warnings=flag_warnings(found) + end_warnings(columns, peaks, load) + void_warnings(bearers),
+        warnings=tuple(map(scene.crossing.told, flag_warnings(found)))
+        + end_warnings(columns, peaks, load)
+        + void_warnings(bearers),
     )
 
 

@@ -175,6 +175,7 @@ def test_an_insulated_joint_s_gap_hands_the_wheel_from_rail_to_rail():
     assert both.any()
     peaks = [result.peaks["largest_force"].value / load for result in found]
     assert peaks[0] == pytest.approx(1, rel=1e-5) and 1.05 < peaks[1] < peaks[2] < 2, peaks
+    assert any(said.startswith("plastic: rail:") for said in found[2].warnings)  # it has no wing
     with pytest.raises(ContactPairError, match="beside a joint_gap: no half-space lies there; take rigid_hertz"):
         bem_passage.solve(scene, BemPassageSettings(start=-0.1, end=0.15))
     for settings in (BemPassageSettings, BemPlasticSettings):  # before it runs: one found out after minutes
