@@ -23,7 +23,6 @@ SMOKE_ELEMENT_SIZE = 6e-3
 SLAB_ELEMENTS = 3  # along the rail, of the slabs that a travelling window lets enter and leave
 SMOKE_STEPS = 50
 SMOKE_STRETCH = 0.12  # m of crossing that is meshed
-SMOKE_WINDOW = 0.06  # m of a travelling window at least, whose slabs are coarse there
 TWIN_COST = 0.1  # of the twin that gives the error bars, over the run's own
 # Numerics by one word, of heavier small elements in a travelling window; docs/speed.md has what each costs and is off
 PRESETS: dict[str, dict[str, Any]] = {
@@ -39,8 +38,8 @@ PRESETS: dict[str, dict[str, Any]] = {
         "error_twin": twin,
     }
     for name, size, aspect, window, twin in (
-        ("fast", "1.4 mm", 2.0, "45 mm", False),
-        ("fine", "0.7 mm", 2.0, "45 mm", True),
+        ("fast", "1.4 mm", 2.0, "60 mm", False),
+        ("fine", "0.7 mm", 2.0, "60 mm", True),
         ("finest", "0.5 mm", 1.5, "45 mm", True),
     )
 }
@@ -287,14 +286,12 @@ class FeSettings(Frozen):
         end = self.end
         if self.start is not None and end is not None:
             end = self.start + math.copysign(min(abs(end - self.start), SMOKE_STRETCH), end - self.start)
-        windows = {"window_ahead": self.window_ahead, "window_behind": self.window_behind}
         return self.model_copy(
             update={
                 "end": end,
                 "element_size": max(self.element_size, SMOKE_ELEMENT_SIZE),
                 "element_aspect": 1.0,
                 "wheel_element_ratio": 1.0,
-                **{name: reach and max(reach, SMOKE_WINDOW) for name, reach in windows.items()},
                 "max_steps": min(self.max_steps or SMOKE_STEPS, SMOKE_STEPS),
                 "passes": min(self.passes, 2),
                 "field_frames": 1,

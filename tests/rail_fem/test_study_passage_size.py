@@ -125,8 +125,8 @@ def test_a_window_grows_with_the_elements_where_the_case_has_one(tmp_path):
     keys = [f"run.fe_full.window_{end}" for end in ("ahead", "behind")]
     reference = passage_size.example("nose_transfer")
     own = load_case(reference).settings(FeSettings)
-    assert (own.window_ahead, own.window_behind, own.element_aspect) == (45 * MM, 45 * MM, 2)
-    grown = 45 + 6 * (4 - own.element_size / MM)
+    assert (own.window_ahead, own.window_behind, own.element_aspect) == (60 * MM, 60 * MM, 2)
+    grown = 60 + 6 * (4 - own.element_size / MM)
     assert size_series._windows(reference, {}, 4 * MM) == dict.fromkeys(keys, f"{grown:.6g} mm")
     assert size_series._windows(reference, {}, 0.5 * MM) == {}
     light = tmp_path / "light.toml"
