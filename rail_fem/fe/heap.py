@@ -8,7 +8,7 @@ import sys
 
 # numbers of glibc's mallopt: below LARGE an array lies in the heap, whose free end goes back from FREE_END on [B]
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_MMAP_MAX = -1, -3, -4
-LARGE, FREE_END, MOST_MAPS = 1 << 20, 1 << 25, 1 << 16
+LARGE, FREE_END, MOST_MAPS = 1 << 24, 1 << 26, 1 << 16
 
 
 def _of_glibc(name: str):
