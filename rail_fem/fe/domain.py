@@ -1,5 +1,4 @@
-"""The distributed hexahedra: dolfinx carries the mesh and the ownership of nodes; arrays carry the
-state.
+"""The distributed hexahedra: dolfinx carries the mesh and the ownership of nodes; arrays carry the state.
 
 Nodes of a rank: first those it owns, then the ghosts, as in the geometry's index map. Cells: only owned ones exist (no
 ghost cells), so each element is counted once; forces on ghosts travel to their owner and add up.

@@ -38,12 +38,16 @@ class Halo:
 
     def sum_to_owner(self, field: np.ndarray) -> None:
         """Add what ghosts hold onto their owners, in place (3 n_nodes,). Collective."""
+        if self.comm.size == 1:
+            return
         take_rows(field, self.ghosts, self.at_ghosts)
         self._send(self.of_ghosts, self.of_owned)
         add_rows(field, self.owned, self.at_owned)
 
     def copy_to_ghosts(self, field: np.ndarray) -> None:
         """Give ghosts the values of their owners, in place (3 n_nodes,). Collective."""
+        if self.comm.size == 1:
+            return
         take_rows(field, self.owned, self.at_owned)
         self._send(self.of_owned, self.of_ghosts)
         put_rows(field, self.ghosts, self.at_ghosts)

@@ -20,6 +20,7 @@ LEVELS = {"volume_1": 0.01, "volume_3": 0.03, "volume_5": 0.05, "volume_10": 0.1
 BLOCK = (5e-3, 5e-3, 3e-3)  # along, across, deep [m]
 FULL = 0.95  # of the block's volume that must be metal
 COLUMN = 0.25e-3  # of the columns in which metal is counted [m]
+BLOCK_COLUMNS = round(BLOCK[0] / COLUMN), round(BLOCK[1] / COLUMN)  # of the block, along and across
 DEPTH, LAYER = 10e-3, 0.5e-3  # of the profile over depth, and of its layers [m]
 MOST_PARTS = 40  # of a cell's edge: cells of more than 10 mm say little of a block of 5 mm
 AROUND = 12e-3  # of the most strained metal that is looked at for the block [m]
@@ -165,7 +166,7 @@ def _block_within(
     add_metal(*cut, volume, fields[:, 0], *columns, top, BLOCK[2], metal, filled)
     metal, filled = _boxes(metal), _boxes(filled)
     full = metal >= FULL * np.prod(BLOCK)
-    size = np.array([round(BLOCK[0] / COLUMN), round(BLOCK[1] / COLUMN)])
+    size = np.array(BLOCK_COLUMNS)
     if stretch is not None:
         middle = (first[0] + np.arange(metal.shape[0]) + size[0] / 2) * COLUMN
         full &= ((middle >= stretch[0]) & (middle <= stretch[1]))[:, None]
@@ -191,7 +192,7 @@ def _columns_of(corners: np.ndarray) -> tuple[np.ndarray, tuple[int, ...]]:
 
 def _boxes(columns: np.ndarray) -> np.ndarray:
     """Sums over all blocks of columns; empty where the field is smaller than a block."""
-    nx, ny = round(BLOCK[0] / COLUMN), round(BLOCK[1] / COLUMN)
+    nx, ny = BLOCK_COLUMNS
     total = np.pad(columns.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     return total[nx:, ny:] - total[:-nx, ny:] - total[nx:, :-ny] + total[:-nx, :-ny]
 
