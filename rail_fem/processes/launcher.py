@@ -124,7 +124,8 @@ def mpi_command(ranks: int) -> list[str]:
 
     An mpirun beside the interpreter (MPICH of the package index) is of the MPI that this Python imports, whatever PATH
     holds. Open MPI counts cores, not hardware threads, refuses root, binds ranks to cores that other jobs may use, and
-    looks for a network that ranks of one machine do not need; the options undo that.
+    looks for networks that ranks of one machine do not need (a second at each start and end of one with libfabric); the
+    options undo that.
     Errors: FileNotFoundError without mpirun.
     """
     beside = shutil.which("mpirun", path=os.path.dirname(sys.executable))
@@ -134,7 +135,7 @@ def mpi_command(ranks: int) -> list[str]:
     command = [mpirun, "-n", str(ranks)]
     about = subprocess.run([mpirun, "--version"], capture_output=True, text=True, timeout=60).stdout
     if "Open MPI" in about or "open-mpi" in about:
-        command += ["--oversubscribe", "--bind-to", "none", "--mca", "btl", "^tcp"]
+        command += ["--oversubscribe", "--bind-to", "none", "--mca", "pml", "ob1", "--mca", "btl", "^tcp,ofi"]
         command += ["--allow-run-as-root"] if os.geteuid() == 0 else []
     return command
 
