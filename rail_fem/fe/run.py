@@ -15,7 +15,7 @@ from rail_fem.fe.checkpoint import load_checkpoint, save_checkpoint
 from rail_fem.fe.fields import write_collection, write_frame
 from rail_fem.fe.passage import Passage, end_settling, take_up
 from rail_fem.fe.recorder import Recorder
-from rail_fem.fe.static_start import settle_in_place
+from rail_fem.fe.static_start import Relaxation, settle_in_place
 from rail_fem.hierarchy import smoke_requested
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
@@ -23,6 +23,7 @@ from rail_fem.settings.explicit import FeSettings
 CHECK_EVERY = 50  # steps between looks at volumes and velocities
 LIMIT_EVERY = 4000  # steps between new stable steps by Lanczos
 CHECKPOINT = "checkpoint.npz"
+STATIC_START = "static_start.npz"  # on the way to the first step of the pass
 
 
 class Run:
@@ -73,6 +74,7 @@ class Run:
         self.limit = self.dynamics.stable_step(1.0)
         self.dt = self.dynamics.stable_step(settings.courant)
         self.at_rest, self.settled = False, passage.settling is None
+        self.relaxation: Relaxation | None = None  # on the way to rest
         self.start_energies = None if not self.settled else self.dynamics.energies()
         self.frames: list[list] = []  # time [s], file name
         self.next_row, self.next_frame, self.rechecks = settings.history_interval, 0.0, 0
@@ -83,11 +85,18 @@ class Run:
     # ---- restart
 
     def save(self) -> None:
-        """Write the restart file. Collective."""
-        if self.folder is not None:
-            self.spent, self.started = self.wall_time, working_time()
+        """Write the restart file, of the static contact until the pass begins. Collective."""
+        if self.folder is None:
+            return
+        self.spent, self.started = self.wall_time, working_time()
+        if self.relaxation is None:
             save_checkpoint(self.folder / CHECKPOINT, self, self.dynamics, self.identity)
-            self.last_checkpoint = time.perf_counter()
+            if self.comm.rank == 0:
+                (self.folder / STATIC_START).unlink(missing_ok=True)
+        else:
+            self.relaxation.spent = self.spent
+            save_checkpoint(self.folder / STATIC_START, self.relaxation, self.relaxation.dynamics, self.identity)
+        self.last_checkpoint = time.perf_counter()
 
     @property
     def wall_time(self) -> float:
@@ -95,23 +104,38 @@ class Run:
         return self.spent + working_time() - self.started
 
     def resume(self) -> None:
-        """Go on from the restart file. Collective. Errors: ValueError for a run without a folder."""
+        """Go on from the restart file; begin where there is none. Collective. Errors: ValueError for a run without a
+        folder."""
         if self.folder is None:
             raise ValueError("a run without a folder has no restart file: give the folder")
-        load_checkpoint(self.folder / CHECKPOINT, self, self.dynamics, self.identity)
+        folder = self.folder
+        there = next((name for name in (CHECKPOINT, STATIC_START) if (folder / name).is_file()), None)
+        name = self.comm.bcast(there, root=0)
+        if name == CHECKPOINT:
+            load_checkpoint(folder / CHECKPOINT, self, self.dynamics, self.identity)
+        elif name == STATIC_START:
+            self.relaxation = Relaxation(self.passage, self.scene)
+            load_checkpoint(folder / STATIC_START, self.relaxation, self.relaxation.dynamics, self.identity)
+            self.spent = self.relaxation.spent
 
     # ---- the loop
 
     def begin(self) -> None:
         """Bring the wheel to rest where it stands, under the load of the start. Collective."""
         most_steps = self.settings.max_steps if smoke_requested() else None
-        tell = self.progress.before_the_first_step if self.progress else None
-        found = settle_in_place(self.passage, self.scene, most_steps, tell)
-        self.at_rest, self.static_approach = True, found.approach
+        self.relaxation = Relaxation(self.passage, self.scene) if self.relaxation is None else self.relaxation
+        found = settle_in_place(self.passage, self.scene, most_steps, self._look_at_rest, self.relaxation)
+        self.at_rest, self.static_approach, self.relaxation = True, found.approach, None
         if self.settled:
             if self.passage.start.moves:
                 take_up(self.passage, self.scene, self.settings)
             self.start_energies = self.dynamics.energies()
+
+    def _look_at_rest(self, says: str) -> None:
+        if self.progress:
+            self.progress.before_the_first_step(says)
+        if self._checkpoint_due():
+            self.save()
 
     @property
     def element_time(self) -> float:

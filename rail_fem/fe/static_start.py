@@ -31,7 +31,7 @@ from rail_fem.fe.pass_supports import loaded_stiffness
 from rail_fem.fe.passage import Passage, start_velocities
 from rail_fem.fe.state import LINEAR_VISCOSITY, QUADRATIC_VISCOSITY
 from rail_fem.fe.structure import Structure
-from rail_fem.fe.supports import RigidGroup, Supports
+from rail_fem.fe.supports import Supports
 from rail_fem.scene.scene import Scene
 
 COURANT = 0.9
@@ -56,44 +56,60 @@ class StaticStart:
     steps: int
 
 
+class Relaxation:
+    """The nodes and elements of a pass on their way to rest, with masses and supports of their own; from its STATE it
+    goes on to the same end.
+
+    base, axle : groups of base and wheel;  frequency : of the wheel on its contact [rad/s];  dt : step [s]
+    errors : of contact and axle at each look;  spent : time so far [s], kept for the run
+    """
+
+    STATE = ("dynamics", "dt", "errors", "spent")
+
+    def __init__(self, passage: Passage, scene: Scene):
+        """Collective."""
+        self.passage, self.stiffness = passage, loaded_stiffness(scene, passage.running)
+        structure = _with_even_steps(passage.dynamics.structure)
+        of_pass = passage.dynamics.contact
+        surfaces = ContactSurfaces(structure, *of_pass.surfaces.each())
+        contact = Contact(surfaces, replace(of_pass.settings, friction=0.0, refresh=LOOK))
+        owned = structure.domain.n_owned
+        wheel = structure.mass[:owned] @ passage.on_wheel[:owned]
+        self.frequency = np.sqrt(self.stiffness / structure.domain.comm.allreduce(float(wheel)))
+        damping = DAMPING * self.frequency
+        self.base, self.axle = (group.relaxing(damping) for group in (passage.crossing, passage.axle))
+        structure.v[:] = 0.0
+        still = (passage.dynamics.inverse_mass == 0.0).reshape(-1, 3) & ~passage.on_wheel[:, None]
+        along = [_GoingAlong(self.axle, passage.on_wheel)] if isinstance(self.axle, ElasticGroup) else []
+        self.dynamics = Dynamics(structure, Supports([self.base, self.axle]), contact, still, damping, more=along)
+        self.dt = self.dynamics.stable_step(COURANT)
+        self.errors: list[tuple[float, float]] = []
+        self.spent = 0.0
+
+
 def settle_in_place(
-    passage: Passage, scene: Scene, most_steps: int | None = None, tell: Callable[[str], None] | None = None
+    passage: Passage,
+    scene: Scene,
+    most_steps: int | None = None,
+    look: Callable[[str], None] | None = None,
+    relaxation: Relaxation | None = None,
 ) -> StaticStart:
     """Static contact at the start of the pass, without motion. Collective.
 
-    most_steps : after which it is taken as it is, for runs whose result has no meaning;  tell : hears from time to time
-        how far it is
+    most_steps : after which it is taken as it is, for runs whose result has no meaning;  look : hears as it goes on
+        how far it is, and may keep it then;  relaxation : goes on, None: from the beginning
     Errors: ArithmeticError where the wheel does not come to rest.
     """
-    stiffness = loaded_stiffness(scene, passage.running)
-    relaxing, base, axle, frequency = _relaxing(passage, stiffness)
-    error = _relax(relaxing, axle, passage.start.force, frequency, stiffness, most_steps, tell)
-    passage.axle.stand_as(axle)
-    passage.crossing.stand_as(base)
+    relaxation = relaxation or Relaxation(passage, scene)
+    error = _relax(relaxation, passage.start.force, most_steps, look)
+    passage.axle.stand_as(relaxation.axle)
+    passage.crossing.stand_as(relaxation.base)
     if passage.sprung is not None:
-        passage.sprung.displacement[2] = axle.displacement[2]
+        passage.sprung.displacement[2] = relaxation.axle.displacement[2]
     passage.dynamics.structure.v[:] = 0.0
     start_velocities(passage.dynamics, passage.running, passage.axle, passage.sprung)
     passage.dynamics.begin_here()
-    return StaticStart(-float(axle.displacement[2]), error, relaxing.step_count)
-
-
-def _relaxing(passage: Passage, stiffness: float) -> tuple[Dynamics, RigidGroup, RigidGroup, float]:
-    """The same nodes and elements with masses and supports of their own, the groups of base and wheel, and the
-    frequency of the wheel on its contact [rad/s]. Collective."""
-    structure = _with_even_steps(passage.dynamics.structure)
-    of_pass = passage.dynamics.contact
-    surfaces = ContactSurfaces(structure, *of_pass.surfaces.each())
-    contact = Contact(surfaces, replace(of_pass.settings, friction=0.0, refresh=LOOK))
-    owned = structure.domain.n_owned
-    wheel = structure.mass[:owned] @ passage.on_wheel[:owned]
-    frequency = np.sqrt(stiffness / structure.domain.comm.allreduce(float(wheel)))
-    base, axle = (group.relaxing(DAMPING * frequency) for group in (passage.crossing, passage.axle))
-    structure.v[:] = 0.0
-    still = (passage.dynamics.inverse_mass == 0.0).reshape(-1, 3) & ~passage.on_wheel[:, None]
-    along = [_GoingAlong(axle, passage.on_wheel)] if isinstance(axle, ElasticGroup) else []
-    relaxing = Dynamics(structure, Supports([base, axle]), contact, still, DAMPING * frequency, more=along)
-    return relaxing, base, axle, frequency
+    return StaticStart(-float(relaxation.axle.displacement[2]), error, relaxation.dynamics.step_count)
 
 
 class _GoingAlong(DynamicsPart):
@@ -128,35 +144,34 @@ def _with_even_steps(structure: Structure) -> Structure:
     return own
 
 
-def _relax(d: Dynamics, axle: RigidGroup, load: float, frequency: float, stiffness: float, most_steps, tell) -> float:
+def _relax(r: Relaxation, load: float, most_steps: int | None, look: Callable[[str], None] | None) -> float:
     """Steps until contact and axle carry the load [N] and nothing moves; the contact's relative error then.
     Collective."""
-    dt, work, delay = d.stable_step(COURANT), load**2 / (2 * stiffness), DELAY / frequency
-    long = max(2, int(np.ceil(2 * delay / (LOOK * dt))))  # in looks
-    errors: list[tuple[float, float]] = []  # of contact and axle
+    d, axle, work, delay = r.dynamics, r.axle, load**2 / (2 * r.stiffness), DELAY / r.frequency
+    long = max(2, int(np.ceil(2 * delay / (LOOK * r.dt))))  # in looks
     while True:
         before = _carried(d), float(axle.reaction[2])
-        axle.velocity[2] = (before[0] - load) / (stiffness * delay)
-        d.step(dt)
+        axle.velocity[2] = (before[0] - load) / (r.stiffness * delay)
+        d.step(r.dt)
         cut = most_steps is not None and d.step_count >= most_steps
         if d.step_count % LOOK and not cut:
             continue
         # mean of two steps: a node of the contact that bounces from one step to the next stands at its middle
         now = _carried(d), float(axle.reaction[2])
-        errors.append(((now[0] + before[0]) / (2 * load) - 1, (now[1] + before[1]) / (2 * load) - 1))
-        error = errors[-1][0]
-        if tell:
-            tell(f"static contact at the start: step {d.step_count}, force off by {error:+.2%}")
+        r.errors.append(((now[0] + before[0]) / (2 * load) - 1, (now[1] + before[1]) / (2 * load) - 1))
+        error = r.errors[-1][0]
         kinetic = d.comm.allreduce(d.structure.kinetic_energy())
-        steady = len(errors) > long and np.ptp(errors[-long:], axis=0).max() < STEADY
+        steady = len(r.errors) > long and np.ptp(r.errors[-long:], axis=0).max() < STEADY
         still = kinetic < ENERGY_SHARE * work or (steady and kinetic < CHATTER * work)
-        if cut or (np.abs(errors[-1]).max() < LOAD_ERROR and still):
+        if cut or (np.abs(r.errors[-1]).max() < LOAD_ERROR and still):
             return error
-        if d.time * frequency > PATIENCE or not np.isfinite(kinetic):
+        if d.time * r.frequency > PATIENCE or not np.isfinite(kinetic):
             raise ArithmeticError(
                 f"the wheel does not come to rest at the start: after {d.step_count} steps the contact lacks"
                 f" {-error:.2%} of {load / 1e3:.1f} kN, kinetic energy {kinetic:.2g} J: begin elsewhere"
             )
+        if look:
+            look(f"static contact at the start: step {d.step_count}, force off by {error:+.2%}")
 
 
 def _carried(d: Dynamics) -> float:

@@ -30,7 +30,7 @@ from rail_fem.fe.meshing import Placed, make_mesh
 from rail_fem.fe.metal import falls, metal
 from rail_fem.fe.passage import build_passage
 from rail_fem.fe.plan.kept_meshes import kept
-from rail_fem.fe.run import CHECKPOINT, Run
+from rail_fem.fe.run import Run
 from rail_fem.fe.running import Running, running_of
 from rail_fem.fe.start_state import StartState
 from rail_fem.files.atomic import write_text_atomically
@@ -64,8 +64,8 @@ def solve(
 ) -> PassResult:
     """One pass. Collective on MPI.COMM_WORLD.
 
-    folder : for mesh.npz, checkpoint.npz, fields/, figures/; None writes nothing.  restart : go on from
-        folder/checkpoint.npz
+    folder : for mesh.npz, checkpoint.npz, fields/, figures/; None writes nothing.  restart : go on from its restart
+        file
     Errors: ValueError for what cannot be meshed or placed; ArithmeticError when the run becomes unstable (the last
     restart file stays).
     """
@@ -148,7 +148,7 @@ def _passes(
         identity = identity | {"mesh": seal, "pass": str(number)}
         run = Run(comm, scene, settings, passage, below, progress, identity)
         run.started = started
-        if restart and below is not None and on_root((below / CHECKPOINT).is_file):
+        if restart and below is not None:
             run.resume()
         name = f"pass {number} of {settings.passes}" if settings.passes > 1 else ""
         with progress.part((number - 1) / settings.passes, number / settings.passes, name):

@@ -21,7 +21,7 @@ from rail_fem.scene.wheel_profile import KEPT
 
 MARK = "case.json"
 OWN = {MARK, lock.LOCK, STATUS_FILE, KEPT, "result.json", "history.npz", "history.csv", "trust.txt", "damage.json",
-       "mesh.npz", "mesh_quality.txt", "checkpoint.npz", "crossing_sections.csv"}  # fmt: skip
+       "mesh.npz", "mesh_quality.txt", "checkpoint.npz", "static_start.npz", "crossing_sections.csv"}  # fmt: skip
 PROFILE_KEY = "scene.wheel.profile"
 
 

@@ -13,10 +13,10 @@ from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.pass_supports import loaded_stiffness
 from rail_fem.fe.passage import build_passage
-from rail_fem.fe.run import Run
+from rail_fem.fe.run import CHECKPOINT, STATIC_START, Run
 from rail_fem.fe.running import running_of
 from rail_fem.fe.start_state import from_rigid_hertz, resting
-from rail_fem.fe.static_start import LOAD_ERROR, settle_in_place
+from rail_fem.fe.static_start import LOAD_ERROR, LOOK, settle_in_place
 from rail_fem.models import fe_full, fe_window
 from rail_fem.scene.scene import Material
 from rail_fem.settings.explicit import FeSettings
@@ -43,14 +43,51 @@ def passage_of(scene, bodies, **changes):
     return build_passage(MPI.COMM_SELF, scene, SETTINGS.model_copy(update=changes), running, mesh, datum)
 
 
+class _Killed:
+    """A listener of a run that ends it when it has heard of so many looks."""
+
+    def __init__(self, looks: int) -> None:
+        self.left = looks
+
+    def before_the_first_step(self, says: str) -> None:
+        self.left -= 1
+        if self.left < 0:
+            raise KeyboardInterrupt
+
+
+def test_a_static_contact_that_was_cut_off_goes_on_to_the_same_bits(scene, bodies, tmp_path):
+    """Twice, from the file of its last look; the pass' own file takes its place."""
+    settings = SETTINGS.model_copy(update={"checkpoint_interval": 0.0})
+    begin = lambda progress=None: Run(MPI.COMM_SELF, scene, settings, passage_of(scene, bodies), tmp_path, progress)
+    straight = begin()
+    straight.begin()
+    (tmp_path / STATIC_START).unlink()
+    for looks in (3, 2):
+        with pytest.raises(KeyboardInterrupt):
+            run = begin(_Killed(looks))
+            run.resume()
+            run.begin()
+        assert (tmp_path / STATIC_START).is_file() and not (tmp_path / CHECKPOINT).exists()
+    run = begin()
+    run.resume()
+    assert run.relaxation.dynamics.step_count == 5 * LOOK
+    run.begin()
+    assert run.static_approach == straight.static_approach and run.spent > 0
+    one, other = run.dynamics.structure, straight.dynamics.structure
+    assert all(np.array_equal(getattr(one, name), getattr(other, name)) for name in one.NODAL)
+    assert np.array_equal(one.finite.state, other.finite.state) and run.start_energies == straight.start_energies
+    run.save()
+    assert (tmp_path / CHECKPOINT).is_file() and not (tmp_path / STATIC_START).exists()
+
+
 def test_the_contact_carries_the_load_and_nothing_moves(scene, bodies):
     """Within the tolerance of the relaxation; masses and speeds are afterwards those of the pass."""
     passage = passage_of(scene, bodies)
     dynamics = passage.dynamics
     mass, told = dynamics.structure.mass.copy(), []
-    found = settle_in_place(passage, scene, tell=told.append)
+    found = settle_in_place(passage, scene, look=told.append)
     assert abs(found.error) < LOAD_ERROR and found.approach > 0
-    assert "step 20, force off by -" in told[0] and f"step {found.steps}, force off by" in told[-1]
+    assert "step 20, force off by -" in told[0] and f"step {found.steps - LOOK}, force" in told[-1]
     assert np.array_equal(dynamics.structure.mass, mass) and dynamics.time == 0.0 and dynamics.step_count == 0
     v = dynamics.structure.v.reshape(-1, 3)
     vertical = passage.running.speed * float(passage.running.slope(passage.running.start))
