@@ -18,14 +18,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 
 from geometry.surfaces.bodies import CrossingError
 from geometry.wheelset import WheelsetError
 from rail_fem.damage.traffic import Event
-from rail_fem.damage.worn_profile import WornOutError
+from rail_fem.damage.worn_profile import WornOutError, WornProfile
+from rail_fem.damage.worn_surface import WornSurface
 from rail_fem.settings.damage import FLOW_STEP
 
 TOLERANCE = 0.01  # of the depth, that halving a block may change
@@ -34,51 +35,6 @@ SHALLOW = 0.1e-6  # deepest wear of a first block [m]
 LEAST_SHARE = 0.02  # of the passes done, that a block is long at least
 MOST_BLOCKS = 5000
 ROUGHER = 2.0  # times the force of the first block: steel that flows so far roughens, which no groove's law holds for
-
-
-class Shape(Protocol):
-    """What wears: a line (rail_fem.damage.worn_profile) or surfaces (rail_fem.damage.worn_surface). Depths are arrays
-    of its shape (...); parts are the bodies that numbers and figures keep apart."""
-
-    label: str
-    parts: tuple[str, ...]
-
-    @property
-    def shape(self) -> tuple[int, ...]: ...
-
-    @property
-    def along(self) -> tuple[np.ndarray, str]:
-        """Positions (m,) [m] of the first axis of a part's depths, and what they are."""
-        ...
-
-    def part(self, values: np.ndarray, b: int) -> np.ndarray:
-        """Of values (...) those of one part."""
-        ...
-
-    def place(self, flat: int) -> list[float]:
-        """Coordinates [m] of a place by its flat number in a part."""
-        ...
-
-    def amount(self, depth: np.ndarray) -> float:
-        """Area [m2] or volume [m3] of depths of the whole or of a part."""
-        ...
-
-    def worn(self, depth: np.ndarray) -> tuple[Self, float]:
-        """After depths (...) [m], and the factor less 1 that kept the volume. Raises WornOutError."""
-        ...
-
-    def smoothed(self, depth: np.ndarray, width: float) -> np.ndarray:
-        """Depths (...) spread by a standard deviation [m], their volume kept."""
-        ...
-
-    def deepest_from(self, first: Self) -> float:
-        """Largest distance [m] from where it began."""
-        ...
-
-    @property
-    def flow_depth(self) -> float:
-        """Deepest plastic flow [m]."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +121,7 @@ class Evolution:
     since which all but passes and log count
     """
 
-    worn: Any  # a Shape of the site's own kind
+    worn: Any  # a WornProfile or WornSurface, as its site's
     first: Any
     passes: float
     depth: np.ndarray
@@ -311,7 +267,7 @@ def _first_block(rough: np.ndarray) -> float:
 def _after(
     state: Evolution,
     middle: Rate,
-    new: Shape,
+    new: WornProfile | WornSurface,
     taken: np.ndarray,
     error: np.ndarray,
     count: float,
