@@ -12,12 +12,11 @@ Nothing here knows of lubrication or climate: the study multiplies by its calibr
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
 from bem.halfspace.rolled_ellipses import RolledEllipses
-from bem.patch import Creepage, Patch
+from bem.patch import Patch
 from rail_fem.damage.cell_mean import means_over_cells
 
 Patches = Patch | RolledEllipses
@@ -29,32 +28,19 @@ class WearError(ValueError):
     """A wear law that cannot be, or an input that it cannot answer: what, how large, what to do."""
 
 
-class WearLaw(Protocol):
+class WearLaw:
     """label : what figures and tables call it. Laws of the same numbers are one, so that what comes of them is kept."""
 
-    @property
-    def label(self) -> str: ...
-
-    def __hash__(self) -> int: ...
+    label: str
 
     def cells(self, patch: Patches, speed: float) -> np.ndarray:
         """(..., nx, ny) depth [m] worn off under each cell of a patch while it rolls on by a cell's length, at a
         rolling speed [m/s]."""
-        ...
-
-    def depth(self, patch: Patches, speed: float) -> np.ndarray:
-        """(..., ny) depth [m] worn off each strip of a rolling patch by one pass at a rolling speed [m/s]."""
-        ...
-
-
-class OverStrips:
-    """A law's strips are the sums of its cells."""
-
-    def cells(self, patch: Patches, speed: float) -> np.ndarray:
         raise NotImplementedError
 
     def depth(self, patch: Patches, speed: float) -> np.ndarray:
-        """(..., ny) [m] as of WearLaw."""
+        """(..., ny) depth [m] worn off each strip of a rolling patch by one pass at a rolling speed [m/s]: the sum of
+        its cells."""
         return self.cells(patch, speed).sum(axis=-2)
 
 
@@ -105,17 +91,12 @@ def friction_work(patch: Patches) -> np.ndarray:
     return friction_work_of_cells(patch).sum(axis=-2)
 
 
-def rolling_creepage(patch: Patch) -> Creepage:
-    """Creepage of a rolling patch. Errors: WearError for one without."""
+def tgamma(patch: Patch) -> float:
+    """Tractive forces times creepages without the spin moment [N]: thesis 2.3.3's T gamma. Errors: WearError
+    for a patch without creepage."""
     if patch.creepage is None:
         raise WearError(f"{patch.method}: has no creepage; T gamma needs a rolling patch")
-    return patch.creepage
-
-
-def tgamma(patch: Patch) -> float:
-    """Tractive forces times creepages without the spin moment [N]: thesis 2.3.3's T gamma. Errors: as
-    `rolling_creepage`."""
-    force, creepage = patch.tangential_force, rolling_creepage(patch)
+    force, creepage = patch.tangential_force, patch.creepage
     return float(-(force[0] * creepage.longitudinal + force[1] * creepage.lateral)) + 0.0  # no -0
 
 
@@ -185,7 +166,7 @@ JENDEL = WearMap(
 
 
 @dataclass(frozen=True)
-class Archard(OverStrips):
+class Archard(WearLaw):
     """Archard's law per cell, d(y) = sum_x k p s dx / H with the slip s per metre rolled.
 
     hardness : of the worn body [Pa];  wear_map : of k;  share : of its scatter (WearMap.coefficient)
@@ -230,7 +211,7 @@ class Archard(OverStrips):
 
 
 @dataclass(frozen=True)
-class Usfd(OverStrips):
+class Usfd(WearLaw):
     """Wear rate of R8T on 900A steel by T gamma / A, dry, from twin discs: mass per metre rolled and area of the patch.
 
     limits : of the regimes [N/m2];  rate : slopes [kg/(m m2) per N/m2] of the first and the third, both through 0 of
@@ -260,7 +241,7 @@ class Usfd(OverStrips):
 
 
 @dataclass(frozen=True)
-class BritishRail(OverStrips):
+class BritishRail(WearLaw):
     """British Rail Research: worn area of a wheel's section per distance, from T gamma [N] and its diameter D.
 
     T gamma < 100 N: 0.25 T gamma / D mm2/km with D in mm; to 200 N: 25 / D; above: (1.19 T gamma - 154) / D (the
@@ -290,7 +271,7 @@ class BritishRail(OverStrips):
 
 
 @dataclass(frozen=True)
-class KrausePoll(OverStrips):
+class KrausePoll(WearLaw):
     """Volume per friction work, mild or severe by the friction power per area of the patch.
 
     mild, severe : [m3/J];  limit : [W/m2]. Source: Krause and Poll, Wear 113 (1986) 103; values recalled, not opened.
