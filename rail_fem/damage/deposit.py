@@ -91,16 +91,12 @@ def _deposit_reached(feet, strips, scale, reach, y, out):
                 add_across(feet.centre[k, 1], feet.across[k], part, scale[k], y, into)
 
 
-def deposit_across(body, centre, width, strips, y, out) -> None:
+@njit(cache=True)
+def deposit_across(body, centre, width, strips, y, out):
     """Add strips (k, ny), depth times width [m2], that lie about centre (k,) with widths in plan (k,) [m] to depths out
     (2, n) at y (n,), evenly spaced [m]."""
-    _deposit_across(body, centre, width, np.array(strips, float), y, out)
-
-
-@njit(cache=True)
-def _deposit_across(body, centre, width, strips, y, out):
     for k in range(len(body)):
-        add_across(centre[k], width[k], strips[k], 1.0, y, out[body[k]])
+        add_across(centre[k], width[k], strips[k].copy(), 1.0, y, out[body[k]])
 
 
 @njit(cache=True)

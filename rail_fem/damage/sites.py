@@ -40,17 +40,9 @@ ROWS = 16  # of a patch, whose stress histories are judged
 CROSSING_SHARE = 0.1  # of the passes done, that a block of a crossing is long at least
 
 
-def laws_of(settings: DamageSettings) -> dict[str, WearLaw]:
-    """The laws of a study, by name."""
-    return _laws(settings.hardness, settings.wear_coefficient)
-
-
-def wheel_laws_of(settings: DamageSettings) -> dict[str, WearLaw]:
-    """Those by which its wheels wear, by name."""
-    return _laws(settings.wheel_hardness, settings.wear_coefficient)
-
-
-def _laws(hardness: float, k: float | None) -> dict[str, WearLaw]:
+def laws_of(settings: DamageSettings, wheels: bool = False) -> dict[str, WearLaw]:
+    """The laws of a study by name, or those by which its wheels wear."""
+    hardness, k = settings.wheel_hardness if wheels else settings.hardness, settings.wear_coefficient
     laws = dry_laws(hardness)
     if k is not None:
         laws["archard"] = Archard(hardness, coefficient=k, label=f"Archard, k = {k:g}")
@@ -125,7 +117,7 @@ def wheels_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, floa
     made = []
     for own, share in traffic:
         if turning.line:
-            way = worn_on_line(own, wheel_laws_of(settings)[settings.law], settings.factor, turning.line)
+            way = worn_on_line(own, laws_of(settings, wheels=True)[settings.law], settings.factor, turning.line)
             wheels = wheels_on_line(own.wheel, way, turning.until, turning.ages)
         else:
             wheels = wheels_between(own.wheel, Wheel(profile=turning.worn), turning.until, turning.ages)
@@ -232,7 +224,7 @@ def crossing_site(
         pool,
         flow_law=FlowLaw(settings.flow_limit, settings.flow_share) if settings.plastic_flow else None,
         deposit=settings.deposit,
-        wheel_laws=wheel_laws_of(settings),
+        wheel_laws=laws_of(settings, wheels=True),
         wheel_lines=wheel_lines(settings.plan_spacing),
         fatigue=fatigue_of(settings),
     )

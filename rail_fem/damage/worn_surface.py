@@ -107,11 +107,6 @@ class WornSurface:
         return float((self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
 
     @property
-    def volume(self) -> float:
-        """Lost so far [m3]."""
-        return float(self.depth.sum()) * self.cell
-
-    @property
     def spread(self) -> tuple[float, float]:
         """Standard deviations along and across by which the surface spreads a depth [m]."""
         return float(SPREAD * (self.x[1] - self.x[0])), float(SPREAD * (self.y[1] - self.y[0]))

@@ -47,14 +47,15 @@ def test_volume_goes_from_the_strips_into_the_surface(site, rate):
     """From the patches' strips to the plan and into the surface: 1e-12 for every law."""
     for law in site.laws:
         new, _ = site.first().worn(rate.depth[law] * 10)
-        assert new.volume == pytest.approx(10 * (rate.removed[law] - rate.beyond[law]), rel=1e-12)
+        assert new.amount(new.depth) == pytest.approx(10 * (rate.removed[law] - rate.beyond[law]), rel=1e-12)
     fields = new.crossing(site.base)
-    assert fields.wing.volume + fields.nose.volume == pytest.approx(new.volume, rel=1e-12)
+    assert fields.wing.volume + fields.nose.volume == pytest.approx(new.amount(new.depth), rel=1e-12)
 
 
 def test_volume_is_kept_over_blocks_and_nothing_is_worn_beside_the_metal(site):
     *_, end = evolve(site, 20, Stepping(block=10, smoothing=0.5e-3))
-    assert end.worn.volume == pytest.approx(end.removed - end.beyond, rel=1e-9) and end.worn.volume > 0
+    volume = end.worn.amount(end.worn.depth)
+    assert volume == pytest.approx(end.removed - end.beyond, rel=1e-9) and volume > 0
     assert end.deepest == pytest.approx(end.depth.max(), rel=1e-12)
 
 
@@ -123,7 +124,7 @@ def test_halved_blocks_wear_nearly_the_same(site):
     ends = []
     for parts in (1, 2, 4):
         *_, end = evolve(site, passes, Stepping("krause_poll", block=passes / parts, smoothing=0.5e-3))
-        ends.append(end.worn.volume)
+        ends.append(end.worn.amount(end.worn.depth))
     assert ends[0] == pytest.approx(ends[2], rel=0.01) and ends[1] == pytest.approx(ends[2], rel=0.01)
 
 
@@ -181,7 +182,7 @@ def test_welding_begins_anew_and_grinding_costs_height(site):
         *_, end = evolve(site, 30, Stepping(block=10, events=((20, event),)))
         assert (end.worn.depth == alone.worn.depth).all() and end.passes == 30 and end.began == 20
         assert end.lost == pytest.approx(lost, rel=1e-12) and end.resets == 1 and len(end.log) == 3
-        assert end.worn.volume == pytest.approx(end.removed - end.beyond, rel=1e-9)
+        assert end.worn.amount(end.worn.depth) == pytest.approx(end.removed - end.beyond, rel=1e-9)
 
 
 def test_kinds_of_wheel_have_axle_loads_of_their_own():

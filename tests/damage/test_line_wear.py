@@ -9,7 +9,7 @@ from geometry.profiles.wheel import wheel_profile
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.damage import line_wear
 from rail_fem.damage.line_wear import FLANGE, LINES, STEP, flange_height, hollow, lost_in_a_turn, lowered, worn_on_line
-from rail_fem.damage.sites import wheel_laws_of, wheels_of
+from rail_fem.damage.sites import laws_of, wheels_of
 from rail_fem.damage.study import run_study, study_mark
 from rail_fem.damage.wear import dry_laws
 from rail_fem.damage.wheel_wear import wheel_lines
@@ -27,7 +27,7 @@ def turned(wheel="P8", hollow="0.05 mm", **changes):
 
 def way_of(case):
     """What its wheel's way goes by."""
-    return case.scene, wheel_laws_of(case.damage)[case.damage.law], case.damage.factor, case.damage.turning.line
+    return case.scene, laws_of(case.damage, wheels=True)[case.damage.law], case.damage.factor, case.damage.turning.line
 
 
 def test_limits_of_a_wheel_are_those_of_its_drawing_and_of_what_was_taken_off():
