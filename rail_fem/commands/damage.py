@@ -21,13 +21,12 @@ def damage(
 ) -> None:
     """Wear, profile change, rolling contact fatigue and years to a limit under many passes: figures, numbers, one
     page. A study that was stopped goes on with --restart."""
-    from rail_fem.damage.study import passes_of, run_study
+    from rail_fem.damage.study import run_study
     from rail_fem.processes.pool import Lost, Workers
 
     try:
-        count = None if passes is None else passes_of(passes)
         ended = run_study(
-            loaded_case(case, settings), count, out, restart, overwrite, typer.echo, Workers(workers, pool)
+            loaded_case(case, settings), passes, out, restart, overwrite, typer.echo, Workers(workers, pool)
         )
     except (ValueError, OSError, Lost) as error:
         stop(f"{case}: {error}")

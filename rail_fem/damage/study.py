@@ -33,7 +33,7 @@ from rail_fem.processes.pool import Pool, Workers
 from rail_fem.processes.progress import Progress
 from rail_fem.result.runfolder import digest, held, prepare_folder
 from rail_fem.scene.scene import Wheel
-from rail_fem.settings.damage import MOST_PASSES, WHEEL, DamageSettings
+from rail_fem.settings.damage import WHEEL, DamageSettings
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.show.style import in_lines
@@ -90,7 +90,7 @@ def flow_file(case: Case, settings: DamageSettings) -> Path | None:
 
 def run_study(
     case: Case,
-    passes: float | None,
+    passes: str | float | None,
     folder: Path,
     restart: bool,
     overwrite: bool,
@@ -191,17 +191,3 @@ def _study(case, settings, folder, goes_on, identity, progress, say, workers: Wo
     study_figures(folder / "figures", in_lines(case.title), settings, site, state, before, after)
     write_text_atomically(folder / REPORT, study_report(case.title, settings, found))
     return ended
-
-
-def passes_of(text: str) -> float:
-    """--passes as a number. Errors: StudyError."""
-    try:
-        value = float(text.replace(" ", ""))
-    except ValueError:
-        raise StudyError(f"--passes {text}: not a number; write e.g. 2000 or 1e6") from None
-    if not 0 <= value <= MOST_PASSES:
-        raise StudyError(
-            f"--passes {text}: give 0 to {MOST_PASSES:g}; more passes than that wear through every rail known: do them"
-            " in studies between grindings"
-        )
-    return value
