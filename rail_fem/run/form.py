@@ -8,8 +8,10 @@ the simplifications are not each other's.
 Plastic strain, which no light model resolves well enough, has what is kept alone.
 """
 
+import contextlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from scipy.optimize import brentq
 
@@ -18,6 +20,7 @@ from rail_fem.hierarchy import MODELS, load
 from rail_fem.passes.track_beam import track_beam
 from rail_fem.result.quantities import FORCES, REPORTED
 from rail_fem.result.result import PassResult
+from rail_fem.scene.base import InputError
 from rail_fem.scene.bearers import Bearers, CastingSection
 from rail_fem.scene.crossing import CAST, JOINT
 from rail_fem.scene.scene import Scene
@@ -47,7 +50,7 @@ def on_bearers(scene: Scene, x: float) -> list[Scene]:
     ballast makes it so."""
     if scene.bearers is not None:
         return []
-    panel = PANEL.replace_si(position=x - PANEL.spacing / 2)
+    panel = PANEL.replace_si(position=(x - PANEL.spacing / 2) % PANEL.spacing)
     if scene.crossing.family == CAST:
         panel = panel.replace_si(casting=CASTING)
 
@@ -64,12 +67,21 @@ def on_bearers(scene: Scene, x: float) -> list[Scene]:
     return [scene.replace_si(bearers=panel.replace_si(ballast_stiffness=brentq(excess, *BALLAST, rtol=1e-4)))]
 
 
+def within_range(scene: Scene, *changes: dict[str, Any]) -> list[Scene]:
+    """The scene with each of these changes that its keys' ranges allow."""
+    found = []
+    for change in changes:
+        with contextlib.suppress(InputError):
+            found.append(scene.replace_si(**change))
+    return found
+
+
 def other_wings(scene: Scene, x: float) -> list[Scene]:
     """The scene with its wing rail HEIGHT lower and higher; none of a crossing without such a key."""
     if scene.crossing.family != CAST:
         return []
     raised = scene.crossing.wing_raise
-    return [scene.replace_si(crossing={"wing_raise": raised + change}) for change in (-HEIGHT, HEIGHT)]
+    return within_range(scene, *({"crossing": {"wing_raise": raised + change}} for change in (-HEIGHT, HEIGHT)))
 
 
 SIMPLIFICATIONS = (
@@ -80,7 +92,7 @@ SIMPLIFICATIONS = (
     ),
     Simplification(
         f"a wheelset in the middle in place of {ASIDE * 1e3:g} mm aside",
-        lambda scene, x: [scene.replace_si(gauge=scene.gauge + 2 * side) for side in (-ASIDE, ASIDE)],
+        lambda scene, x: within_range(scene, *({"gauge": scene.gauge + 2 * side} for side in (-ASIDE, ASIDE))),
     ),
     Simplification(f"a wing rail as drawn in place of {HEIGHT * 1e3:g} mm higher or lower", other_wings),
 )

@@ -38,11 +38,12 @@ def ran(tmp_path_factory):
     return folder, "\n".join(said)
 
 
-@pytest.mark.parametrize("stiffness", [100e6, 200e6])
-def test_the_casting_on_bearers_is_as_stiff_as_the_foundation_under_the_transfer(scene, stiffness):
-    (found,) = on_bearers(scene.replace_si(foundation={"stiffness": stiffness}), 0.357)
-    beam = track_beam(found.bearers, 0.0, 0.7, 0.05, 12.0)
-    share = beam.force_at(0.357)
+@pytest.mark.parametrize("stiffness, x", [(100e6, 0.357), (200e6, 0.357), (100e6, 4.5), (100e6, -4.5)])
+def test_the_casting_on_bearers_is_as_stiff_as_the_foundation_under_the_transfer(scene, stiffness, x):
+    """Also a switch's far end, where no bearer's x is that of bearer 0's range."""
+    (found,) = on_bearers(scene.replace_si(foundation={"stiffness": stiffness}), x)
+    beam = track_beam(found.bearers, x - 0.4, x + 0.4, 0.05, 12.0)
+    share = beam.force_at(x)
     assert 1 / (share @ beam.static(share)) == pytest.approx(stiffness, rel=1e-3)
 
 
@@ -51,6 +52,15 @@ def test_no_row_of_what_the_scene_has_or_no_ballast_can_give(scene):
     assert not on_bearers(there, 0.357)
     assert not SIMPLIFICATIONS[1].better(scene.replace(wheel_body=WheelBody()), 0.357)
     assert not on_bearers(scene.replace(foundation={"stiffness": "5000 kN/mm"}), 0.357)
+
+
+def test_a_scene_at_the_end_of_a_key_s_range_moves_to_the_other_side_alone(scene):
+    """The run itself is within it, and is not to fail by its bar."""
+    *_, aside, wing = SIMPLIFICATIONS
+    (lower,) = wing.better(scene.replace_si(crossing={"wing_raise": 8e-3}), 0.357)
+    assert lower.crossing.wing_raise == pytest.approx(7.5e-3)
+    (wider,) = aside.better(scene.replace_si(gauge=0.5, back_to_back=0.425), 0.357)
+    assert wider.gauge == pytest.approx(0.502)
 
 
 def test_what_a_light_model_is_off_over_a_nose_is_told_of_no_joint(scene):
