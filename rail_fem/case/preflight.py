@@ -9,25 +9,29 @@ from geometry.surfaces.crossing import CrossingError
 from rail_fem.case.casefile import late_approach
 from rail_fem.contact.rigid import rigid_path, window_errors, with_window
 from rail_fem.scene.scene import Frozen, Scene
-from rail_fem.settings.explicit import FeSettings
+from rail_fem.settings.explicit import FeSettings, FeWindowSettings
 from rail_fem.settings.light import BemPlasticSettings, PassSettings, unfit_parts
 
 
 def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> list[str]:
-    """Parts of the scene that the model does not take, a wheel's body that cannot be, too little memory, more ranks
+    """Parts of the scene that the model does not take, no track mass under light models, a wheel's body that cannot be, too little memory, more ranks
     than cells, mass scaling that no body allows, a window that leaves the crossing or settles across a transfer, a
     wheelset that cannot begin on the diverging route, too few bearers, a travelling window that is too short, elements
     too large for it, error bars that were never calibrated, a mesh of one's own that cannot be run, what a graphics
     card does not take, cells of the plastic half-space beyond what it takes; one line each with the remedy."""
     if unfit := unfit_parts(scene, asked):
         return [f"run.{model}: {error}" for error in unfit]
-    if scene.wheel_body is not None:
-        from rail_fem.passes.wheel_modes import refuse_impossible
+    try:
+        if isinstance(asked, (PassSettings, FeWindowSettings)):
+            from rail_fem.passes.vertical_pass import scene_masses
 
-        try:
+            scene_masses(scene)
+        if scene.wheel_body is not None:
+            from rail_fem.passes.wheel_modes import refuse_impossible
+
             refuse_impossible(scene.wheel_body, scene)
-        except ValueError as error:
-            return [str(error)]
+    except ValueError as error:
+        return [str(error)]
     if isinstance(asked, BemPlasticSettings):
         return _window_errors(scene, asked, model)
     if isinstance(asked, PassSettings):

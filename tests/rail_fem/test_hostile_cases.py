@@ -286,6 +286,13 @@ def test_what_is_allowed_but_doubtful_is_a_warning_of_the_case(tmp_path, old, ne
     assert said in " ".join(shown.output.split("warning(s)")[1].split())
 
 
+def test_a_light_model_without_a_track_mass_is_refused_before_it_runs(tmp_path):
+    """fe_window, too, which begins in the motion of one."""
+    (tmp_path / "case.toml").write_text(WINDOW.replace('track_mass = "750 kg"', 'track_mass = "0 kg"'))
+    shown = CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml")])
+    assert shown.exit_code == 2 and "  scene.foundation.track_mass: 0 kg, the light models need" in shown.stderr
+
+
 @pytest.mark.parametrize("size", [6, 7, 9, 20])
 def test_what_the_mesher_must_refuse_is_told_by_check(tmp_path, size):
     """S1002 in the window about the nose: the band on the wing is 11.9 mm wide."""
