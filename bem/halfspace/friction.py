@@ -112,7 +112,8 @@ def solve_friction(
     iterations, residual = 0, np.inf
     while iterations < max_iterations and not residual <= tolerance:
         iterations += 1
-        _load(state, rigid_slip, shift, work)
+        np.multiply(state, shift, out=work)
+        work[:, : bound.shape[0], : bound.shape[1]] -= rigid_slip
         spectrum = fft.rfft2(work, axes=(1, 2))
         _apply(spectrum, *inverse)
         elastic = fft.irfft2(spectrum, s=operator.size, axes=(1, 2), overwrite_x=True)
@@ -174,19 +175,6 @@ def _start(
     state /= shift
     state[:, :nx, :ny] += traction
     return state
-
-
-@njit(cache=True)
-def _load(state, rigid_slip, shift, out):
-    """out = shift * state - rigid slip (in the corner block)."""
-    nx, ny = rigid_slip.shape[1:]
-    for c in range(2):
-        for i in range(state.shape[1]):
-            for j in range(state.shape[2]):
-                out[c, i, j] = shift * state[c, i, j]
-        for i in range(nx):
-            for j in range(ny):
-                out[c, i, j] -= rigid_slip[c, i, j]
 
 
 @njit(cache=True)

@@ -19,7 +19,6 @@ from scipy import fft
 from bem.halfspace.influence import backward, forward, kernel_spectrum, padded_shape
 from bem.material import Pair
 from bem.patch import ContactInputError, Grid, NoContactError
-from kernel_cache import njit
 
 _INNER_STEPS = 6  # conjugate-gradient steps before the contact set is looked at again
 _INNER_DROP = 0.2  # or sooner, once the residual fell to this part
@@ -126,34 +125,40 @@ class _State:
         previous, step, first = 1.0, 0.0, None
         for count in range(_INNER_STEPS + 1):
             known = 0.0 if free else self.approach
-            _fill_residual(self.displacement, self.gap, inside, known, self.residual)
-            steepest = operator.precondition(self.residual)
-            shift = -_masked_sum(steepest, inside) / response_sum if free else 0.0
-            square, weighted, overlap = _finish_residual(self.residual, steepest, inside, response, shift, product)
-            if free:
-                self.approach = shift
-            error = np.sqrt(square / np.count_nonzero(inside)) / abs(self.approach)
+            self.residual = np.where(inside, known - self.displacement - self.gap, 0.0)
+            steepest = operator.precondition(self.residual) * inside
+            if free:  # the multiplier of the load
+                self.approach = -steepest.sum() / response_sum
+                self.residual += self.approach * inside
+                steepest += self.approach * response
+            error = np.sqrt(np.vdot(self.residual, self.residual) / np.count_nonzero(inside)) / abs(self.approach)
             first = error if first is None else first
             if error <= tolerance or error < _INNER_DROP * first or count == _INNER_STEPS:
                 return error
-            keep = max(0.0, -step * overlap / previous) if count else 0.0
-            _turn(direction, steepest, keep)
+            keep = max(0.0, -step * np.vdot(product, steepest) / previous) if count else 0.0
+            direction = steepest + keep * direction
             product = operator.displacement(direction)
-            step = _curvature_step(direction, self.residual, product)
-            _advance(self.pressure, self.displacement, direction, product, step)
-            previous = weighted
+            curvature = np.vdot(direction, product)
+            step = np.vdot(direction, self.residual) / curvature if curvature > 0 else 0.0
+            self.pressure += step * direction
+            self.displacement += step * product
+            previous = np.vdot(self.residual, steepest)
             self.iterations += 1
         return error
 
     def correct(self, tolerance: float) -> int:
         """Cells of negative pressure leave the set, overlapping cells join; returns how many did."""
-        slack = tolerance * abs(self.approach)
-        out, joined = _correct(self.pressure, self.displacement, self.gap, self.inside, self.approach, slack)
-        if out:
+        negative = self.inside & (self.pressure < 0.0)
+        negative.flat[self.pressure.argmax()] = False  # the largest always stays, so that the set never empties
+        overlap = self.displacement + self.gap - self.approach < -tolerance * abs(self.approach)
+        joined = overlap & ~self.inside
+        self.inside ^= negative | joined
+        if negative.any():
+            self.pressure[negative] = 0.0
             if self.total is not None:
                 self.pressure *= self.total / self.pressure.sum()
             self.displacement = self.operator.displacement(self.pressure)
-        return out + joined
+        return np.count_nonzero(negative | joined)
 
 
 def first_guess(operator: NormalOperator, gap: np.ndarray, total: float | None, approach: float | None) -> np.ndarray:
@@ -181,80 +186,3 @@ def first_guess(operator: NormalOperator, gap: np.ndarray, total: float | None, 
 def _shape(depth: np.ndarray, cut: float) -> np.ndarray:
     shape = np.sqrt(np.maximum(cut - depth, 0.0))
     return shape if shape.any() else (depth <= cut).astype(float)
-
-
-@njit(cache=True)
-def _fill_residual(displacement, gap, inside, approach, out):
-    for i in range(gap.shape[0]):
-        for j in range(gap.shape[1]):
-            out[i, j] = approach - displacement[i, j] - gap[i, j] if inside[i, j] else 0.0
-
-
-@njit(cache=True)
-def _masked_sum(field, inside):
-    total = 0.0
-    for i in range(field.shape[0]):
-        for j in range(field.shape[1]):
-            if inside[i, j]:
-                total += field[i, j]
-    return total
-
-
-@njit(cache=True)
-def _finish_residual(residual, steepest, inside, response, shift, product):
-    """Adds the multiplier of the load to the residual and to its preconditioned form; returns the inner products."""
-    square, weighted, overlap = 0.0, 0.0, 0.0
-    for i in range(residual.shape[0]):
-        for j in range(residual.shape[1]):
-            if inside[i, j]:
-                residual[i, j] += shift
-                steepest[i, j] += shift * response[i, j]
-                square += residual[i, j] ** 2
-                weighted += residual[i, j] * steepest[i, j]
-                overlap += product[i, j] * steepest[i, j]
-            else:
-                steepest[i, j] = 0.0
-    return square, weighted, overlap
-
-
-@njit(cache=True)
-def _turn(direction, steepest, keep):
-    for i in range(direction.shape[0]):
-        for j in range(direction.shape[1]):
-            direction[i, j] = steepest[i, j] + keep * direction[i, j]
-
-
-@njit(cache=True)
-def _curvature_step(direction, residual, product):
-    top, bottom = 0.0, 0.0
-    for i in range(direction.shape[0]):
-        for j in range(direction.shape[1]):
-            top += direction[i, j] * residual[i, j]
-            bottom += direction[i, j] * product[i, j]
-    return top / bottom if bottom > 0.0 else 0.0
-
-
-@njit(cache=True)
-def _advance(pressure, displacement, direction, product, step):
-    for i in range(pressure.shape[0]):
-        for j in range(pressure.shape[1]):
-            pressure[i, j] += step * direction[i, j]
-            displacement[i, j] += step * product[i, j]
-
-
-@njit(cache=True)
-def _correct(pressure, displacement, gap, inside, approach, slack):
-    """The largest pressure always stays, so that the set never empties."""
-    keep = np.argmax(pressure)
-    out, joined = 0, 0
-    for i in range(gap.shape[0]):
-        for j in range(gap.shape[1]):
-            if inside[i, j]:
-                if pressure[i, j] < 0.0 and i * gap.shape[1] + j != keep:
-                    pressure[i, j] = 0.0
-                    inside[i, j] = False
-                    out += 1
-            elif displacement[i, j] + gap[i, j] - approach < -slack:
-                inside[i, j] = True
-                joined += 1
-    return out, joined
