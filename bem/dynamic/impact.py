@@ -23,7 +23,7 @@ import numpy as np
 from bem.checks import refuse_unless_finite, refuse_unless_positive
 from bem.dynamic.body import DynamicBody, DynamicsError, Inertial
 from bem.dynamic.marching import Energy, March, State
-from bem.dynamic.pivoting import FrictionalContact, NormalContact
+from bem.dynamic.pivoting import StepContact
 from bem.dynamic.schemes import Scheme
 from bem.plane.body import Body, CondensedBody
 from bem.plane.boundary import MEMORY_LIMIT
@@ -321,15 +321,7 @@ class _Run:
         matrix = march.compliance + struck.local
         for carriage, arm in zip(self.carriages, self._arm.T):
             matrix = matrix + carriage.mobility * np.outer(arm, arm)
-        self.contact = NormalContact(matrix) if sliding is None else FrictionalContact(matrix, sliding.friction)
-
-    def _tractions(self, moved: np.ndarray, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Pressures, with friction shears after them, and the nodes' states; moved : gaps and slips without them."""
-        n = len(self._gap)
-        if isinstance(self.contact, NormalContact):
-            return self.contact.solve(self._gap + moved), np.zeros(n, int)
-        found = self.contact.solve(self._gap + moved[:n], moved[n:] - slip)
-        return np.r_[found.pressure, found.shear], found.state
+        self.contact = StepContact(matrix, None if sliding is None else sliding.friction)
 
     def go(self, steps: int, keep: Callable[[int], bool]) -> Impact:
         march, striker, carriages, n = self.march, self.striker, self.carriages, len(self._gap)
@@ -346,7 +338,7 @@ class _Run:
             ahead = [carriage.predicted(one, time) for carriage, one in zip(carriages, at)]
             before, traction, touching = traction, np.zeros(len(self._arm)), np.zeros(n, int)
             if striker.release is None or time <= striker.release:
-                traction, touching = self._tractions(free[1] + self._arm @ ahead, slip)
+                traction, touching = self.contact.solve(free[1] + self._arm @ ahead + np.r_[self._gap, -slip])
             following = march.advance(state, traction, free)
             energy = march.energy(following, (state, energy))
             past, pushed = pushed, self._arm.T @ traction

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bem.dynamic.impact import Carriage, Striker, TangentialMotion
-from bem.dynamic.pivoting import FrictionalContact, NormalContact
+from bem.dynamic.pivoting import StepContact
 from bem.dynamic.schemes import TRAPEZOIDAL, Scheme
 from bem.plane.body import Body
 from bem.plane.curve import Curve
@@ -125,10 +125,10 @@ def finite_impact(
     matrix = (matrix + matrix.T) / 2
     for column, carriage in zip(arm.T, carriages):
         matrix = matrix + carriage.mobility * np.outer(column, column)
-    contact = NormalContact(matrix) if sliding is None else FrictionalContact(matrix, sliding.friction)
+    contact = StepContact(matrix, None if sliding is None else sliding.friction)
     u, v, a = np.zeros((3, len(free)))
     tractions = np.zeros(push.shape[1])
-    slip = np.zeros(count)
+    slip = np.zeros(push.shape[1] - count)
     at = [carriage.begin() for carriage in carriages]
     energies = [(0.0, 0.0, sum(carriage.energy(one) for carriage, one in zip(carriages, at)))]
     motions, history, kept = [[(one.x, one.v, 0.0) for one in at]], [tractions], {}
@@ -140,19 +140,14 @@ def finite_impact(
         moved = push.T @ (star + k * unloaded) + arm @ ahead
         tractions = np.zeros(push.shape[1])
         if striker.release is None or time <= striker.release:
-            if isinstance(contact, NormalContact):
-                tractions = contact.solve(gap + moved)
-            else:
-                found = contact.solve(gap + moved[:count], moved[count:] - slip)
-                tractions = np.r_[found.pressure, found.shear]
+            tractions, _ = contact.solve(moved + np.r_[gap, -slip])
         forces = arm.T @ tractions
         a_new = unloaded + answer @ tractions
         u = star + k * a_new
         v = v + step * (scheme.before_v * a + scheme.after_v * a_new)
         a = a_new
         at = [carriage.moved(one, *rest) for carriage, one, *rest in zip(carriages, at, ahead, forces)]
-        if sliding is not None:
-            slip = (push.T @ u + arm @ [one.x for one in at])[count:]
+        slip = push.T[count:] @ u + arm[count:] @ [one.x for one in at]
         motions.append([(one.x, one.v, force) for one, force in zip(at, forces)])
         history.append(tractions)
         moving = sum(carriage.energy(one) for carriage, one in zip(carriages, at))
