@@ -16,7 +16,6 @@ from scipy import sparse
 from bem.checks import refuse_unless_positive
 from bem.plane.internal import signed_distance
 from bem.plane.mesh import BoundaryMesh
-from kernel_cache import njit
 
 MOST_CELLS = 20_000  # of one body: its dense flexibility takes 13 GB
 _SLIVER = 1e-9  # part of a square below which what the boundary leaves of it is round-off
@@ -54,11 +53,6 @@ class Cells:
     def averaging(self) -> sparse.csr_matrix:
         """Means over the cells of values at the quadrature points, as a matrix (N, Q)."""
         return sparse.csr_matrix((self.weight, (self.of, np.arange(len(self.of)))), shape=(len(self), len(self.of)))
-
-    def mean(self, values: np.ndarray) -> np.ndarray:
-        """Means (2N, ...) over the cells, all x then all y, of values (2Q, ...) at the quadrature points."""
-        q = len(self.of)
-        return np.concatenate([self.averaging @ values[:q], self.averaging @ values[q:]])
 
 
 def fill_with_cells(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]) -> Cells:
@@ -175,41 +169,22 @@ def _quadtree(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]) -> t
     return corners, sides
 
 
-@njit(cache=True)
-def _clip(polygon, x, y, side):
+def _clip(polygon: np.ndarray, x: float, y: float, side: float) -> np.ndarray:
     """A polygon (n,) complex cut to the square with the lower left corner x, y (Sutherland and Hodgman).
 
     Pieces that the cut separates stay joined by edges passed twice in opposite senses, which add nothing to any
     integral over edges.
     """
-    current = polygon
-    for cut in range(4):
-        inner = np.empty(2 * current.size + 4, np.complex128)
-        count = 0
-        for i in range(current.size):
-            a, b = current[i - 1], current[i]
-            if cut == 0:
-                da, db = a.real - x, b.real - x
-            elif cut == 1:
-                da, db = x + side - a.real, x + side - b.real
-            elif cut == 2:
-                da, db = a.imag - y, b.imag - y
-            else:
-                da, db = y + side - a.imag, y + side - b.imag
-            if (da < 0) != (db < 0):
-                inner[count] = a + (b - a) * (da / (da - db))
-                count += 1
-            if db >= 0:
-                inner[count] = b
-                count += 1
-        current = inner[:count].copy()
-        if count == 0:
-            break
+    for inward in (
+        lambda z: z.real - x,
+        lambda z: x + side - z.real,
+        lambda z: z.imag - y,
+        lambda z: y + side - z.imag,
+    ):
+        before, depth = np.roll(polygon, 1), inward(polygon)
+        last = np.roll(depth, 1)
+        crosses = (last < 0) != (depth < 0)
+        cut = before + (polygon - before) * np.divide(last, last - depth, out=np.zeros(len(depth)), where=crosses)
+        polygon = np.stack([cut, polygon], axis=1)[np.stack([crosses, depth >= 0], axis=1)]
     # consecutive duplicates would be edges of no length
-    out = np.empty(current.size, np.complex128)
-    count = 0
-    for i in range(current.size):
-        if abs(current[i] - current[i - 1]) > 1e-12 * side:
-            out[count] = current[i]
-            count += 1
-    return out[:count]
+    return polygon[np.abs(polygon - np.roll(polygon, 1)) > 1e-12 * side]
