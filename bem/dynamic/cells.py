@@ -175,13 +175,8 @@ def _clip(polygon: np.ndarray, x: float, y: float, side: float) -> np.ndarray:
     Pieces that the cut separates stay joined by edges passed twice in opposite senses, which add nothing to any
     integral over edges.
     """
-    for inward in (
-        lambda z: z.real - x,
-        lambda z: x + side - z.real,
-        lambda z: z.imag - y,
-        lambda z: y + side - z.imag,
-    ):
-        before, depth = np.roll(polygon, 1), inward(polygon)
+    for part, low, sign in ((np.real, x, 1), (np.real, x, -1), (np.imag, y, 1), (np.imag, y, -1)):
+        before, depth = np.roll(polygon, 1), part(polygon) - low if sign > 0 else low + side - part(polygon)
         last = np.roll(depth, 1)
         crosses = (last < 0) != (depth < 0)
         cut = before + (polygon - before) * np.divide(last, last - depth, out=np.zeros(len(depth)), where=crosses)

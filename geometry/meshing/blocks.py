@@ -24,28 +24,14 @@ def mesh_grid(x: np.ndarray, y: np.ndarray, z: np.ndarray, name: str = "box") ->
     return HexMesh.of_body(name, points, cells, surface, number[:, :, 0].ravel())
 
 
-def mesh_box(
-    lengths: tuple[float, float, float],
-    counts: tuple[int, int, int],
-    grading: tuple[float, float, float] = (1.0, 1.0, 1.0),
-    name: str = "box",
-) -> HexMesh:
-    """A box from the origin to `lengths` [m] in counts[i] cells along axis i.
+def mesh_box(lengths: tuple[float, float, float], counts: tuple[int, int, int], name: str = "box") -> HexMesh:
+    """A box from the origin to `lengths` [m] in counts[i] equal cells along axis i.
 
-    grading : length of the last cell over that of the first, along each axis (1: equal cells)
     surface is the top (z = lengths[2]), clamp the nodes of the bottom (z = 0). Volume exact.
     """
-    if min(lengths) <= 0 or min(counts) < 1 or min(grading) <= 0:
-        raise MeshError(
-            f"box of lengths {lengths} m, counts {counts}, grading {grading}: all must be positive, counts at least 1"
-        )
-
-    def graded(length: float, count: int, ratio: float) -> np.ndarray:
-        steps = ratio ** (np.arange(count) / max(count - 1, 1))
-        return length * np.append(0.0, np.cumsum(steps) / steps.sum())
-
-    x, y, z = (graded(*axis) for axis in zip(lengths, counts, grading))
-    return mesh_grid(x, y, z, name)
+    if min(lengths) <= 0 or min(counts) < 1:
+        raise MeshError(f"box of lengths {lengths} m, counts {counts}: all must be positive, counts at least 1")
+    return mesh_grid(*(length * (np.arange(count + 1) / count) for length, count in zip(lengths, counts)), name)
 
 
 def mesh_cap(
@@ -56,17 +42,16 @@ def mesh_cap(
     size: float,
     fine: tuple[float, float, float],
     growth: float = 1.3,
-    shape: str = "ellipsoid",
     facing: str = "down",
     name: str = "cap",
 ) -> HexMesh:
     """A block whose contact face is curved with radii radius_x (in the xz plane) and radius_y; np.inf makes it flat.
+    Its surface is z = c - sqrt of the exact quadric through them: a sphere for equal radii, a circular cylinder where
+    one is infinite.
 
     half_lengths : the block reaches to +- these in x and y [m];  height : its extent in z at the apex [m]
     size         : element size near the apex [m]
     fine         : half widths in x and y and depth of the fine zone [m]; outside it cells grow by `growth`
-    shape        : "ellipsoid": z = c - sqrt of the exact quadric through the principal radii (a sphere for equal radii,
-                   a circular cylinder where one is infinite); "paraboloid": x^2 / 2 radius_x + y^2 / 2 radius_y
     facing       : "down": apex at the origin, body above it, clamp on top; "up": mirrored, body below, clamp at the
         bottom
 
@@ -79,7 +64,7 @@ def mesh_cap(
     y = graded_line(-half_lengths[1], half_lengths[1], (-fine[1], fine[1]), size, growth)
     z = graded_line(0.0, height, (0.0, fine[2]), size, growth)
     away = 1.0 if facing == "down" else -1.0
-    face = lambda x, y: away * cap_height(x, y, radius_x, radius_y, shape)
+    face = lambda x, y: away * cap_height(x, y, radius_x, radius_y)
     return mesh_block(face, x, y, z, facing, name)
 
 
@@ -119,21 +104,16 @@ def mesh_block(
     return HexMesh.of_body(name, points, cells, surface, flat.clamp + len(z) - 1)
 
 
-def cap_height(x: np.ndarray, y: np.ndarray, radius_x: float, radius_y: float, shape: str) -> np.ndarray:
-    """Height [m] of the curved face of mesh_cap above its apex at (x, y) [m]; see there for `shape`.
+def cap_height(x: np.ndarray, y: np.ndarray, radius_x: float, radius_y: float) -> np.ndarray:
+    """Height [m] of the curved face of mesh_cap above its apex at (x, y) [m].
 
     The ellipsoid has the vertical semi-axis c = max of the finite radii and horizontal semi-axes sqrt(c radius):
     its curvatures at the apex are 1 / radius_x and 1 / radius_y.
     """
     quadric = x**2 / radius_x + y**2 / radius_y
-    if shape == "paraboloid" or not np.isfinite(min(radius_x, radius_y)):
-        return quadric / 2
-    if shape != "ellipsoid":
-        raise MeshError(f"shape {shape!r}: choose 'ellipsoid' or 'paraboloid'")
-    semi_axis = max(radius for radius in (radius_x, radius_y) if np.isfinite(radius))
+    semi_axis = max((radius for radius in (radius_x, radius_y) if np.isfinite(radius)), default=np.inf)
     if quadric.max() >= semi_axis:
         raise MeshError(
-            f"the block's corner lies outside the ellipsoid of radii {radius_x}, {radius_y} m; narrow the block or use"
-            " the paraboloid"
+            f"the block's corner lies outside the ellipsoid of radii {radius_x}, {radius_y} m; narrow the block"
         )
     return quadric / (1 + np.sqrt(1 - quadric / semi_axis))

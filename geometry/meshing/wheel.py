@@ -34,7 +34,6 @@ class WheelMeshSpec:
     fine_half_length : the patch is fine for |x| below this;  half_angle : of the sector [rad]
     rim_depth : height of the clamped inner rim above D0;  fine_depth : depth of the fine blocks
     coarse : largest element size in a section;  growth : ratio of neighbouring sizes there
-    y_range : lateral part of the profile that is modelled, cut by upright planes; None for all of it
     length : of the fine slabs along the circumference; None: element_size
     """
 
@@ -46,7 +45,6 @@ class WheelMeshSpec:
     fine_depth: float = 0.008
     coarse: float = 0.010
     growth: float = 1.3
-    y_range: tuple[float, float] | None = None
     length: float | None = None
 
     @property
@@ -136,28 +134,9 @@ def check_wheel(radius: float, spec: WheelMeshSpec) -> None:
 def _outline(points, spec):
     """The section's outline with the body below (z turned over), and the arc lengths between which it is the
     profile."""
-    if spec.y_range is not None:
-        points = _cut_sides(points, spec.y_range)
     turned = points * [1.0, -1.0]
     curve = cut_at_base(turned, -spec.rim_depth, "the wheel's profile")
     return curve, (curve.arc_of_index(0.0), curve.arc_of_index(len(points) - 1.0))
-
-
-def _cut_sides(points, y_range):
-    """The part of a profile (n, 2) between two lateral positions, cut exactly there."""
-    if not points[:, 0].min() <= y_range[0] < y_range[1] <= points[:, 0].max():
-        raise MeshError(
-            f"y_range {y_range} m is not inside the profile, which reaches from {points[:, 0].min():.4f} to"
-            f" {points[:, 0].max():.4f} m"
-        )
-    ends = []
-    for y in y_range:
-        side = points[:, 0] - y
-        crossing = np.flatnonzero((side[:-1] <= 0) != (side[1:] <= 0))[-1]
-        fraction = side[crossing] / (side[crossing] - side[crossing + 1])
-        ends.append((crossing, points[crossing] + fraction * (points[crossing + 1] - points[crossing])))
-    (first, start), (last, end) = ends
-    return np.concatenate([[start], points[first + 1 : last + 1], [end]])
 
 
 def _columns(curve, band, sizes):

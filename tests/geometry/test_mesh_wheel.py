@@ -125,19 +125,11 @@ def test_asked_size_is_found_in_the_patch_and_grades_away(wheel):
     assert extent[far, 0].min() > 1.1 * SIZE
 
 
-def test_two_bands_make_two_fine_patches_and_a_cut_profile_stays_in_its_range():
-    spec = WheelMeshSpec(
-        5 * MM,
-        bands=((-0.036, -0.016), (0.026, 0.046)),
-        fine_half_length=15 * MM,
-        half_angle=np.radians(10),
-        y_range=(-0.060, 0.062),
-    )
+def test_two_bands_make_two_fine_patches():
+    bands = (-0.036, -0.016), (0.026, 0.046)
+    spec = WheelMeshSpec(5 * MM, bands=bands, fine_half_length=15 * MM, half_angle=np.radians(10))
     mesh = mesh_wheel(PROFILE, RADIUS, spec)
     check_mesh(mesh)
-    assert mesh.points[:, 1].min() == pytest.approx(-0.060, abs=1e-12) and mesh.points[:, 1].max() == pytest.approx(
-        0.062, abs=1e-12
-    )
     quad = mesh.points[mesh.surface]
     centre, width = quad.mean(axis=1), np.ptp(quad, axis=1)[:, 1]
     for low, high in spec.bands:
@@ -182,11 +174,6 @@ def test_slabs_beyond_fine_ones_are_no_longer_than_their_ring_bears():
             RADIUS,
             {"bands": ((0.0, 0.006),)},
             r"6.\d\d mm wide, under two elements of 4.00 mm; widen it or take smaller elements",
-        ),
-        (
-            RADIUS,
-            {"y_range": (-0.1, 0.05)},
-            r"y_range \(-0.1, 0.05\) m is not inside the profile, which reaches from -0.0700 to 0.0650 m",
         ),
     ],
 )
