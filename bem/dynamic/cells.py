@@ -69,7 +69,7 @@ def fill_with_cells(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]
     near = np.abs(inward) < side * np.sqrt(0.5)
     edges, kept, whole = [], [], []
     for k in np.flatnonzero(near):
-        pieces = [_clip(loop, *corner[k], side[k]) for loop in loops]
+        pieces = [_clip(loop, corner[k], side[k]) for loop in loops]
         pieces = [piece for piece in pieces if len(piece) > 2]
         area = sum((_moments(piece, np.roll(piece, -1))[0] for piece in pieces), 0.0)
         if pieces and area > _SLIVER * side[k] ** 2:
@@ -169,13 +169,13 @@ def _quadtree(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]) -> t
     return corners, sides
 
 
-def _clip(polygon: np.ndarray, x: float, y: float, side: float) -> np.ndarray:
-    """A polygon (n,) complex cut to the square with the lower left corner x, y (Sutherland and Hodgman).
+def _clip(polygon: np.ndarray, corner: np.ndarray, side: float) -> np.ndarray:
+    """A polygon (n,) complex cut to the square with the lower left corner (2,) (Sutherland and Hodgman).
 
     Pieces that the cut separates stay joined by edges passed twice in opposite senses, which add nothing to any
     integral over edges.
     """
-    for part, low, sign in ((np.real, x, 1), (np.real, x, -1), (np.imag, y, 1), (np.imag, y, -1)):
+    for part, low, sign in ((part, low, sign) for part, low in zip((np.real, np.imag), corner) for sign in (1, -1)):
         before, depth = np.roll(polygon, 1), part(polygon) - low if sign > 0 else low + side - part(polygon)
         last = np.roll(depth, 1)
         crosses = (last < 0) != (depth < 0)

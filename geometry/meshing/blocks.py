@@ -31,7 +31,8 @@ def mesh_box(lengths: tuple[float, float, float], counts: tuple[int, int, int], 
     """
     if min(lengths) <= 0 or min(counts) < 1:
         raise MeshError(f"box of lengths {lengths} m, counts {counts}: all must be positive, counts at least 1")
-    return mesh_grid(*(length * (np.arange(count + 1) / count) for length, count in zip(lengths, counts)), name)
+    x, y, z = (length * (np.arange(count + 1) / count) for length, count in zip(lengths, counts))
+    return mesh_grid(x, y, z, name)
 
 
 def mesh_cap(
