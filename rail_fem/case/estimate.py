@@ -11,24 +11,24 @@ from rail_fem.fe.plan.mass_scaling import CUBE, GAIN, SHARE, quasi_static_factor
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import TWIN_COST, FeSettings
 
-# At the peak: 0.69 GB with 296,698 cells, 0.83 with 418,702; Gmsh's own process is not in it.
-BYTES_PER_CELL = 930.0
+# At the peak: 0.37 GB with 12,189 cells, 0.46 with 113,388, 0.68 with 326,591; Gmsh's own process is not in it.
+BYTES_PER_CELL = 1010.0
 BYTES_LIGHT = 220e6  # of a light model with its kernels; rigid_hertz 0.214 GB, bem_passage 0.217
-BYTES_PER_RANK = 440e6  # Python with dolfinx and numba loaded, before any mesh
-# Processor time of meshes, searches, the static start and figures, by 2 and 0.7 mm (9 and 26 s): as on the root alone;
-# and what of it a mesh that is kept does not take, by 1.4 and 0.7 mm (4.1 and 9.3 s) [s]
-PREPARATION, PREPARATION_PER_CELL = 6.7, 1.5e-4
-MESHING, MESHING_PER_CELL = 2.5, 4.4e-5
+BYTES_PER_RANK = 350e6  # Python with dolfinx and numba loaded, before any mesh
+# Processor time of meshes, searches, the static start and figures, by the same (8, 20 and 42 s): as on the root alone;
+# and what of it a mesh that is kept does not take (1, 5 and 17 s) [s]
+PREPARATION, PREPARATION_PER_CELL = 6.9, 1.1e-4
+MESHING, MESHING_PER_CELL = 0.7, 5e-5
 TWIN_CELLS = 0.25  # of the twin that gives the error bars, over the run's own
 FULL_BYTES_PER_CELL, FULL_COST = 1056.0, 3.0  # what eight points need beside that, and what an update of theirs costs
 UPDATES_PER_SECOND = 1.1e7  # per core, everything in a step included
 SHORTEST_EDGE = 0.5  # shortest cell edge over element_size, in graded and slanted cells
 
-# Cells, fitted to meshes of 6, 3 and 1.5 mm: the rail's columns hold a fine block some layers deep and coarser rings
-# below it, so a column of length h holds RAIL_AREA / h^2 + RAIL_LINE / h cells; the wheel's fine patch has one extent
+# Cells, fitted to meshes of 6 to 0.35 mm (each within a factor of 1.5): a column of the rail of length h holds
+# RAIL_LINE / h, a fine block some layers deep and ever coarser rings below it; the wheel's fine patch has one extent
 # whatever the window.
-RAIL_AREA, RAIL_LINE = 30e-6, 213e-3
-WHEEL_AREA, WHEEL_LINE = 28.5e-3, 9.8
+RAIL_LINE = 0.19
+WHEEL_AREA, WHEEL_LINE = 27.3e-3, 6.65
 # a control group's files of limit, use and statistics, and the cache that it would give back; of both versions
 CGROUP = "memory.max", "memory.current", "memory.stat", "inactive_file"
 CGROUP_1 = "memory.limit_in_bytes", "memory.usage_in_bytes", "memory.stat", "total_inactive_file"
@@ -127,8 +127,7 @@ def _lighter(settings: FeSettings) -> float:
 
 
 def _crossing_cells(settings: FeSettings, length: float) -> float:
-    size = settings.element_size
-    return length / settings.along * (RAIL_AREA / size**2 + RAIL_LINE / size)
+    return length / settings.along * RAIL_LINE / settings.element_size
 
 
 def _wheel_cells(settings: FeSettings) -> float:

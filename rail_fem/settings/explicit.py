@@ -23,7 +23,7 @@ SMOKE_ELEMENT_SIZE = 6e-3
 SLAB_ELEMENTS = 3  # along the rail, of the slabs that a travelling window lets enter and leave
 SMOKE_STEPS = 50
 SMOKE_STRETCH = 0.12  # m of crossing that is meshed
-TWIN_COST = 0.1  # of the twin that gives the error bars, over the run's own
+TWIN_COST = 0.25  # of the twin that gives the error bars, over the run's own
 # Numerics by one word, of heavier small elements in a travelling window; docs/speed.md has what each costs and is off
 PRESETS: dict[str, dict[str, Any]] = {
     name: {
