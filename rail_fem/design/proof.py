@@ -20,11 +20,11 @@ from rail_fem.design.problem import RECORDED_BY, DesignError, Pass, Problem
 from rail_fem.design.search import Found, Trial
 from rail_fem.processes.pool import Lost, Workers, each
 from rail_fem.processes.progress import duration, read_status
-from rail_fem.result.quantities import BODIES, REPORTED
+from rail_fem.result.quantities import BODIES
 from rail_fem.result.result import PassResult, load
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.sweeps.sweep import Job, Outcome, run_job
-from rail_fem.sweeps.trends import MEASURES, Measure
+from rail_fem.sweeps.trends import MEASURES, Measure, measure_of
 
 MODEL = "fe_full"
 SIZE, TWIN = (f"run.{MODEL}.{key}" for key in ("element_size", "error_twin"))
@@ -34,12 +34,9 @@ PROVEN: dict[str, Measure] = {
     **{name: MEASURES[f"largest {name}"] for name in ("leg force", "wing force", "nose force")},
     "longest flight": MEASURES["longest flight"],
     **{
-        f"PEEQ {words} of {body}": Measure(REPORTED[f"{name}_{body}"].of, unit, factor, f"{name}_{body}")
+        f"PEEQ {words} of {body}": measure_of(f"{name}_{body}")
         for body in reversed(BODIES)
-        for name, words, unit, factor in (
-            ("block", "worst 5 x 5 x 3 mm", "%", 100.0),
-            ("integral", "integral", "mm3", 1e9),
-        )
+        for name, words in (("block", "worst 5 x 5 x 3 mm"), ("integral", "integral"))
     },
 }
 SEARCHED = {"leg force": "largest leg force", "wing force": "largest wing force", "nose force": "largest nose force"}

@@ -9,17 +9,14 @@ import numpy as np
 
 from rail_fem.result.quantities import REPORTED, STRAIN
 from rail_fem.result.result import PassResult
-from rail_fem.scene.units import engineering, in_digits
+from rail_fem.scene.units import engineering
 
-CUBIC_MM = 1e9
 LEAST_DIGITS, MOST_DIGITS = 3, 4  # of a number beside its bars: two would tell 227 kN of a wheel and 230 of its nose
 
 
 def amount(value: float, unit: str, digits: int = 4) -> str:
-    """A value in engineers' units, volumes in mm3."""
-    if math.isnan(value):
-        return "not resolved"
-    return f"{in_digits(value * CUBIC_MM, digits)} mm3" if unit == "m^3" else engineering(value, unit, digits)
+    """A value in engineers' units."""
+    return "not resolved" if math.isnan(value) else engineering(value, unit, digits)
 
 
 def with_bar(result: PassResult, name: str) -> str:

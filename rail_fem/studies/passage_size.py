@@ -29,12 +29,11 @@ from rail_fem.result.extrapolation import Limit
 from rail_fem.result.quantities import FORCES, REPORTED
 from rail_fem.result.result import PassResult
 from rail_fem.scene.units import SHOWN
-from rail_fem.show.metal import CUBIC_MM
 from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.style import scene_words
 from rail_fem.show.table_and_figure import write_figure
 from rail_fem.studies.harness import QUICK
-from rail_fem.studies.size_series import MODEL, faults_told, limits, read_sizes, run_sizes, size_of
+from rail_fem.studies.size_series import MODEL, limits, read_sizes, run_sizes, size_of
 from rail_fem.sweeps.compare import core_seconds, history_error
 
 OWN = Path("passage_size")
@@ -44,15 +43,9 @@ SHOWN_NAMES = "impact_on_wheel", "largest_force_wing", "block_nose", "integral_n
 DECIMALS = {"kN": 1, "MPa": 0, "mm": 2, "%": 2, "mm3": 0}
 
 
-def unit_of(name: str) -> tuple[str, float]:
-    """Of engineers, and how many of it are one of SI: "kN", 1e-3."""
-    unit = REPORTED[name].unit
-    return ("mm3", CUBIC_MM) if unit == "m^3" else SHOWN[unit]
-
-
 def cell(name: str, value: float, bar: float = math.nan) -> str:
     """A quantity with its bar, where there is one, in engineers' units: "194.3 +- 5.8 kN"."""
-    words, factor = unit_of(name)
+    words, factor = SHOWN[REPORTED[name].unit]
     digits = DECIMALS[words]
     return f"{value * factor:.{digits}f}{'' if math.isnan(bar) else f' +- {bar * factor:.{digits}f}'} {words}"
 
@@ -131,7 +124,7 @@ def panels(results: Sequence[PassResult]) -> list[Panel]:
         lines = {f"{hidden}{REPORTED[name].meaning}": (x, error(name), "o-") for name in shown}
         drawn.append(Panel(words, "error against the limit [%]", lines, log="xy"))
     for name in shown:
-        unit, factor = unit_of(name)
+        unit, factor = SHOWN[REPORTED[name].unit]
         values = np.array([[REPORTED[name].of(r), r.error_bars.get(name, 0.0)] for r in results]).T * factor
         limit = (sizes, [factor * found[name].value] * len(sizes), "--")
         own = {"run, bar by its coarse twin": (sizes, values, "bars"), "limit by second order": limit}
@@ -150,10 +143,8 @@ def main(
     out: Annotated[Path, typer.Option(help="folder of the runs, of table.md and of the figure")] = OWN,
 ) -> None:
     """One pass at several element sizes: table of values with bars, orders and limits, and a figure."""
-    with faults_told():
-        path = case or example("nose_transfer")
-        changes = {**(QUICK_STRETCH if quick else {}), **read_settings(setting or [])}
-        results = run_sizes(path, changes, read_sizes(sizes), out, lambda line: None)
+    changes = {**(QUICK_STRETCH if quick else {}), **read_settings(setting or [])}
+    results = run_sizes(case or example("nose_transfer"), changes, read_sizes(sizes), out, lambda line: None)
     if rank() == 0:
         text = page(results)
         write_text_atomically(out / "table.md", text)

@@ -102,7 +102,7 @@ class SweepResults:
             found = peaks.get(name, Peak(NAN, si))
             row |= {f"{name} [{unit}]": found.value * factor, f"{name}{AT} [mm]": found.x * 1e3}
         for name in STRAINS:
-            unit, factor = {"1": ("%", 100.0), "m^3": ("mm3", 1e9)}[REPORTED[name].unit]
+            unit, factor = SHOWN[REPORTED[name].unit]
             row[f"plastic_strain_{name} [{unit}]"] = REPORTED[name].of(result) * factor
         return row | {
             "transfer_x [mm]": result.transfer_x * 1e3,

@@ -142,7 +142,8 @@ def page_blocks(sweep: Sweep, how: str, found: list[Picture], place: str) -> lis
     """How it was made, tables, trends, which figures there are. how : options of the command that writes the page;
     place : of the figures found, before their names"""
     source, results, groups = sweep.source, sweep.results, sweep.groups
-    changed = (f" --groups {groups}" if load_source(groups).changes_cases else "") + sweep.options
+    own = load_source(groups)
+    changed = (f" --groups {groups}" if own.change or own.only else "") + sweep.options
     beside = f" --beside {sweep.beside}" if sweep.beside else ""
     made = (
         f"Runs by `rail-fem sweep {groups.parent}/case_*.toml{changed} --out {sweep.folder}`; this page by"

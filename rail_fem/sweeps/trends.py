@@ -15,7 +15,7 @@ Read from a TOML file, so that a study of one's own can state its own:
     published = "129.0, 172.5, 234.0 kN"         # what a source found, as text
     because = "why a model differs"               # shown where one does
 
-    [[group.trend.control]]                      # an experiment that changes one thing (rail_fem.sweeps.controls)
+    [[group.trend.control]]                      # an experiment that changes one thing (rail_fem.sweeps.trend_words)
     says = "begun on the falling wing, the force rises with speed"
     change = { "run.rigid_hertz.start" = "300 mm" }
 
@@ -46,6 +46,7 @@ from rail_fem.result.low_pass import filtered_force
 from rail_fem.result.quantities import REPORTED, two_now
 from rail_fem.result.result import NAN, PassResult
 from rail_fem.scene.scene import Frozen
+from rail_fem.scene.units import SHOWN
 from rail_fem.settings.draws import Change
 from rail_fem.sweeps.compare import IMPACT, peak
 
@@ -153,11 +154,6 @@ def force_before_nose(result: PassResult) -> float:
     return float(np.nanmax(force[before])) if len(force) and before.any() else NAN
 
 
-def _first_impact(body: str, result: PassResult) -> float:
-    """On the nose or the wing, which takes the wheel over; the formula knows no bodies."""
-    return peak(result, f"first_impact_on_{body}", "p2")
-
-
 def launch_speed(result: PassResult) -> float:
     """Of the wheel, upwards, as the longest flight off the leg begins [m/s]; NaN without a flight."""
     flight = leg_flight(result)
@@ -184,29 +180,34 @@ def check_rail_force(result: PassResult) -> float:
     return float(np.nanmax(force)) if np.isfinite(force).any() else NAN
 
 
+def measure_of(name: str) -> Measure:
+    """Of a reported quantity, in engineers' units."""
+    return Measure(REPORTED[name].of, *SHOWN[REPORTED[name].unit], name)
+
+
 MEASURES: dict[str, Measure] = {
     "impact on the wheel": Measure(lambda r: peak(r, *IMPACT), "kN", 1e-3, "impact_on_wheel"),
-    **{
-        f"first impact on the {body}": Measure(partial(_first_impact, body), "kN", 1e-3, f"first_impact_on_{body}")
-        for body in ("nose", "wing")
-    },
-    "largest force": Measure(lambda r: peak(r, "largest_force"), "kN", 1e-3, "largest_force"),
-    "largest leg force": Measure(lambda r: peak(r, "largest_force_leg"), "kN", 1e-3, "largest_force_leg"),
+    # the formula knows no bodies
+    "first impact on the nose": Measure(
+        lambda r: peak(r, "first_impact_on_nose", "p2"), "kN", 1e-3, "first_impact_on_nose"
+    ),
+    "first impact on the wing": Measure(
+        lambda r: peak(r, "first_impact_on_wing", "p2"), "kN", 1e-3, "first_impact_on_wing"
+    ),
+    "largest force": measure_of("largest_force"),
+    "largest leg force": measure_of("largest_force_leg"),
     "longest flight": Measure(lambda r: longest_flight(r).length if len(r.history["x"]) else np.nan, "mm", 1e3),
     "flight off the leg": Measure(length_off_leg, "mm", 1e3),
     "longest flight time": Measure(lambda r: longest_flight(r).duration if len(r.history["x"]) else np.nan, "ms", 1e3),
-    "largest wing force": Measure(lambda r: peak(r, "largest_force_wing"), "kN", 1e-3, "largest_force_wing"),
-    "largest nose force": Measure(lambda r: peak(r, "largest_force_nose"), "kN", 1e-3, "largest_force_nose"),
-    "nose strain": Measure(REPORTED["block_nose"].of, "%", 100.0, "block_nose"),
-    "wing strain": Measure(REPORTED["block_wing"].of, "%", 100.0, "block_wing"),
-    "leg strain": Measure(REPORTED["block_leg"].of, "%", 100.0, "block_leg"),
+    "largest wing force": measure_of("largest_force_wing"),
+    "largest nose force": measure_of("largest_force_nose"),
+    "nose strain": measure_of("block_nose"),
+    "wing strain": measure_of("block_wing"),
+    "leg strain": measure_of("block_leg"),
     # of small elements alone the block has a bar
-    **{
-        f"{body} strain of 1000 mm3": Measure(REPORTED[f"worst_1000_{body}"].of, "%", 100.0, f"worst_1000_{body}")
-        for body in ("leg", "wing", "nose")
-    },
-    "nose volume above 1 %": Measure(REPORTED["volume_1_nose"].of, "mm3", 1e9, "volume_1_nose"),
-    "integrated wing strain": Measure(REPORTED["integral_wing"].of, "mm3", 1e9, "integral_wing"),
+    **{f"{body} strain of 1000 mm3": measure_of(f"worst_1000_{body}") for body in ("leg", "wing", "nose")},
+    "nose volume above 1 %": measure_of("volume_1_nose"),
+    "integrated wing strain": measure_of("integral_wing"),
     "flight onto the leg": Measure(length_onto_leg, "mm", 1e3),
     "flight behind the nose": Measure(length_behind_nose, "mm", 1e3),
     "force before the nose": Measure(force_before_nose, "kN", 1e-3),
@@ -243,11 +244,6 @@ class CaseChanges(Frozen):
     def of(self, case: str) -> dict[str, Change]:
         """By key, e.g. "scene.speed"."""
         return self.change | self.only.get(case, {})
-
-    @property
-    def changes_cases(self) -> bool:
-        """Whether there are any."""
-        return bool(self.change or self.only)
 
     def with_settings(self, settings: dict[str, Any]) -> Self:
         """The same with these before its own, in every case."""
