@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rail_fem.processes.launcher import on_root
+
 if TYPE_CHECKING:
     from rail_fem.export.to_dolfinx import DolfinxFields
 
@@ -45,6 +47,8 @@ def export_dolfinx(
     """
     from mpi4py import MPI
 
-    from rail_fem.export.to_dolfinx import from_folder
+    from rail_fem.export.tagged import read_tagged
+    from rail_fem.export.to_dolfinx import to_dolfinx
 
-    return from_folder(Path(folder), MPI.COMM_WORLD if comm is None else comm, frame, deformed)
+    comm = MPI.COMM_WORLD if comm is None else comm
+    return to_dolfinx(on_root(lambda: read_tagged(Path(folder), frame), comm), comm, deformed)

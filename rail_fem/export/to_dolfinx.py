@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from mpi4py import MPI
 
 from geometry.axes import as_tensor
-from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS, TaggedFields, find_rows, read_tagged
+from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS, TaggedFields, find_rows
 from rail_fem.fe.compat import (
     cell_dofs,
     create_shared_mesh,
@@ -23,7 +22,6 @@ from rail_fem.fe.compat import (
     original_cells,
 )
 from rail_fem.fe.domain import VTK_TO_DOLFINX
-from rail_fem.result.fields import FieldsError
 
 
 @dataclass(frozen=True)
@@ -56,12 +54,7 @@ class DolfinxFields:
         return FACET_TAGS[name]
 
 
-def from_folder(folder: Path, comm: MPI.Comm, frame: int | None = None, deformed: bool = False) -> DolfinxFields:
-    """See rail_fem.export.entry.export_dolfinx. Collective. Errors: FieldsError on every rank."""
-    return to_dolfinx(_on_root(comm, lambda: read_tagged(folder, frame)), comm, deformed)
-
-
-def to_dolfinx(run: TaggedFields, comm: MPI.Comm, deformed: bool = False) -> DolfinxFields:
+def to_dolfinx(run: TaggedFields, comm: MPI.Comm, deformed: bool) -> DolfinxFields:
     """Tagged fields, which every rank holds, on the ranks of `comm`. Collective."""
     fields = run.fields
     points = fields.points + fields.displacement if deformed else fields.points
@@ -114,17 +107,3 @@ def cell_function(mesh, source: np.ndarray, values: np.ndarray, name: str):
     function.x.array.reshape(-1, int(np.prod(values.shape[1:])))[dofs] = values[source].reshape(len(source), -1)
     function.x.scatter_forward()
     return function
-
-
-def _on_root(comm, read):
-    """What root reads, or its FieldsError, on every rank. Collective."""
-    found, fault = None, None
-    if comm.rank == 0:
-        try:
-            found = read()
-        except FieldsError as error:
-            fault = str(error)
-    found, fault = comm.bcast((found, fault), root=0)
-    if fault:
-        raise FieldsError(fault)
-    return found

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Answer = TypeVar("Answer")
 ROOT_SPEAKS_FIRST = 2.0  # seconds
@@ -50,10 +50,10 @@ def work_alone() -> None:
     _world.cache_clear()
 
 
-def on_root(action: Callable[[], Answer]) -> Answer:
-    """Run `action` on rank 0 only; its answer, or its exception of whatever kind, reaches every rank: none waits for
-    one that has gone. Collective."""
-    world = _world()
+def on_root(action: Callable[[], Answer], comm: Any = None) -> Answer:
+    """Run `action` on rank 0 of an MPI communicator only, None for the world's; its answer, or its exception of
+    whatever kind, reaches every rank: none waits for one that has gone. Collective."""
+    world = _world() if comm is None else comm
     if world is None:
         return action()
     answer, failure = None, None
