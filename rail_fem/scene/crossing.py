@@ -18,7 +18,6 @@ from rail_fem.scene.base import KEPT_SECTIONS, STEP_SUFFIXES, FileName, FromFile
 from rail_fem.scene.units import Quantity
 
 if TYPE_CHECKING:
-    from geometry.surfaces.measured_crossing import MeasuredCrossing
     from geometry.surfaces.worn_crossing import UnwornCrossing
     from rail_fem.scene.section_files import CrossingFile
 
@@ -50,15 +49,13 @@ OWN_WORDS = {
         "nose": "switch rail",
     },
 }
-DIP_KEYS = "dip_angle", "dip_length", "dip_shape", "dip_bend", "joint_gap"
-SWITCH_KEYS = "switch_radius", "switch_entry"
 FILE_KEYS = "file", "mirror", "lateral", "height", "along", "extend"
 FAMILY_KEYS = {  # what each family may be told beside `family`
     CAST: (*CAST_KEYS, "casting"),
     SECTIONS: (*FILE_KEYS, "stations", "unit", "station_unit"),
     STEP: (*FILE_KEYS, "faces", "tolerance"),
-    JOINT: DIP_KEYS,
-    SWITCH: SWITCH_KEYS,
+    JOINT: ("dip_angle", "dip_length", "dip_shape", "dip_bend", "joint_gap"),
+    SWITCH: ("switch_radius", "switch_entry"),
 }
 # how the files are read: rail_fem.scene.section_files.SectionReading
 READING = tuple(sorted({*FAMILY_KEYS[SECTIONS], *FAMILY_KEYS[STEP]} - {"file", "extend"}))
@@ -238,13 +235,10 @@ class Crossing(FromFile):
     @property
     def surface(self) -> UnwornCrossing:
         """The crossing itself; the same object for the same numbers or sections. Errors: CrossingError."""
-        if self.family == JOINT:
-            return _joint(*(getattr(self, name) for name in DIP_KEYS))
-        if self.family == SWITCH:
-            return _switch(*(getattr(self, name) for name in SWITCH_KEYS))
         if self.read is not None:
             return self.read.crossing(self.extend)
-        return _cast(tuple(getattr(self, name) for name in CAST_KEYS))
+        keys = CAST_KEYS if self.family == CAST else FAMILY_KEYS[self.family]
+        return _made(self.family, *(getattr(self, name) for name in keys))
 
     @property
     def leg_end(self) -> float:
@@ -254,10 +248,8 @@ class Crossing(FromFile):
     def plain(self) -> dict[str, Any]:
         """All that a model sees, as plain values: of a file its content, of parameters those that are not the
         benchmark's."""
-        if self.family == JOINT:
-            return {"family": self.family, **{name: getattr(self, name) for name in DIP_KEYS}}
-        if self.family == SWITCH:
-            return {"family": self.family, **{name: getattr(self, name) for name in SWITCH_KEYS}}
+        if self.family in (JOINT, SWITCH):
+            return {"family": self.family, **{name: getattr(self, name) for name in FAMILY_KEYS[self.family]}}
         if self.family != CAST:
             return {"family": self.family, "extend": self.extend, "sections": f"of content {self.digest}"}
         defaults = type(self).model_fields
@@ -272,21 +264,15 @@ class Crossing(FromFile):
 
 
 @functools.lru_cache(maxsize=64)
-def _cast(numbers: tuple[float, ...]) -> CastCrossing:
-    """Kept for its loft, which takes longer to make than a patch to solve."""
-    return CastCrossing(**dict(zip(CAST_KEYS, numbers)))
+def _made(family: str, *values: Any) -> UnwornCrossing:
+    """Of a family by its keys; kept for its loft, which takes longer to make than a patch to solve."""
+    if family == JOINT:
+        from geometry.surfaces.joint import Joint, joint_rail
 
+        return joint_rail(Joint(*values))
+    if family == SWITCH:
+        from geometry.surfaces.switch import Switch
+        from geometry.surfaces.switch_rails import switch_rails
 
-@functools.lru_cache(maxsize=64)
-def _joint(*values) -> MeasuredCrossing:
-    from geometry.surfaces.joint import Joint, joint_rail
-
-    return joint_rail(Joint(*values))
-
-
-@functools.lru_cache(maxsize=16)
-def _switch(radius: float, entry: float) -> MeasuredCrossing:
-    from geometry.surfaces.switch import Switch
-    from geometry.surfaces.switch_rails import switch_rails
-
-    return switch_rails(Switch(radius=radius, entry=entry))
+        return switch_rails(Switch(radius=values[0], entry=values[1]))
+    return CastCrossing(**dict(zip(CAST_KEYS, values)))
