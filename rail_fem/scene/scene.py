@@ -345,7 +345,7 @@ class Scene(Frozen):
     back_to_back: Annotated[float, Quantity("mm", 400, 1950, "distance between the wheels' flange backs")] = 1.360
 
     @model_validator(mode="after")
-    def _wheelset_fits_the_gauge(self) -> "Scene":
+    def _fits_together(self) -> "Scene":
         clearance = self.gauge - self.back_to_back
         if not 0.02 < clearance < 0.2:
             raise input_error(
@@ -353,10 +353,6 @@ class Scene(Frozen):
                 f"gauge {self.gauge * 1e3:g} mm less back_to_back {self.back_to_back * 1e3:g} mm is"
                 f" {clearance * 1e3:g} mm, must lie between 20 and 200 mm",
             )
-        return self
-
-    @model_validator(mode="after")
-    def _has_a_diverging_route(self) -> "Scene":
         if self.diverging is None:
             return self
         if self.crossing.family == SWITCH:

@@ -201,14 +201,10 @@ class FeSettings(Frozen):
         return found
 
     @model_validator(mode="after")
-    def _mesh_is_taken_as_it_is(self) -> "FeSettings":
+    def _fits_together(self) -> "FeSettings":
         if self.mesh and (self.error_twin or self.has_window):
             name = "error_twin" if self.error_twin else "window_ahead and window_behind"
             raise input_error("mesh", f"a mesh from a file is run as it is: leave {name} out")
-        return self
-
-    @model_validator(mode="after")
-    def _stands_on_its_foot(self) -> "FeSettings":
         if self.foot_depth is not None and self.foot_depth < self.rail_depth + LEAST_BLOCK:
             raise input_error(
                 "foot_depth",
@@ -217,10 +213,6 @@ class FeSettings(Frozen):
             )
         if self.foot_depth is not None and self.mesh:
             raise input_error("foot_depth", "a mesh from a file ends where it is held: leave foot_depth out")
-        return self
-
-    @model_validator(mode="after")
-    def _has_a_length(self) -> "FeSettings":
         if None not in (self.start, self.end) and abs(self.end - self.start) < 4 * self.element_size:
             raise input_error(
                 "window",
