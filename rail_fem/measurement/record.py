@@ -35,17 +35,14 @@ GRAVITY_UNIT = "g"  # an acceleration's, not the gram
 FEWEST = 20  # samples
 LARGEST_RECORD, LONGEST_LINE = 50_000_000, 1000  # bytes; characters
 MOST_EVEN = 100  # even steps for a row, where rows are sampled unevenly
-QUANTITIES = {  # name in the file -> unit it must be convertible to, what of a result it is held against
-    "force": ("N", "vertical force on the wheel"),
-    "axle_box_acceleration": ("m/s^2", "second derivative of the wheel's height"),
-    "sleeper_acceleration": ("m/s^2", "second derivative of the crossing's height"),
-    "casting_acceleration": ("m/s^2", "second derivative of the crossing's height"),
+# name in the file -> unit it must be convertible to, column of a result that it is held against, what that is
+QUANTITIES = {
+    "force": ("N", "force", "vertical force on the wheel"),
+    "axle_box_acceleration": ("m/s^2", "wheel_height", "second derivative of the wheel's height"),
+    "sleeper_acceleration": ("m/s^2", "crossing_height", "second derivative of the crossing's height"),
+    "casting_acceleration": ("m/s^2", "crossing_height", "second derivative of the crossing's height"),
 }
-HEIGHT = {
-    "axle_box_acceleration": "wheel_height",
-    "sleeper_acceleration": "crossing_height",
-    "casting_acceleration": "crossing_height",
-}
+ACCELERATIONS = tuple(name for name, (unit, *_) in QUANTITIES.items() if unit == "m/s^2")
 
 
 class RecordError(ValueError):
@@ -67,15 +64,7 @@ class Record:
 
     def noted(self, name: str, unit: str) -> float | None:
         """A quantity of the notes [SI], None without one. Errors: RecordError."""
-        if name not in self.notes:
-            return None
-        try:
-            value, _ = parse(self.notes[name], unit)
-        except QuantityError as error:
-            raise RecordError(f"{self.label}: {name}: {error}") from error
-        if name != PLACE and not value > 0:
-            raise RecordError(f"{self.label}: {name}: {self.notes[name]} must be positive")
-        return value
+        return _noted(self.notes, self.label, name, unit)
 
 
 def read_notes(path: Path) -> dict[str, str]:
@@ -106,18 +95,17 @@ def read_record(path: Path, speed: float) -> Record:
 
 def of_result(result: PassResult, quantity: str) -> Record:
     """The same quantity of a result, evenly sampled. Errors: RecordError where the model does not resolve it."""
-    history = result.history
-    column = HEIGHT.get(quantity, "force")
+    history, (_, column, what) = result.history, QUANTITIES[quantity]
     if column == "crossing_height" and result.scene.bearers is not None:
         raise RecordError(
             f"{result.model} keeps the beam's height under the wheel, no bearer's: hold the record against the case,"
             " rail-fem measured RECORD CASE --find ..."
         )
     if len(history["time"]) < FEWEST or not np.isfinite(history[column]).all():
-        raise RecordError(f"{result.model} does not resolve the {QUANTITIES[quantity][1]}")
+        raise RecordError(f"{result.model} does not resolve the {what}")
     time, x, values = evenly(history["time"], history["x"], history[column])
     step = time[1] - time[0]
-    if quantity in HEIGHT:
+    if quantity in ACCELERATIONS:
         values = np.gradient(np.gradient(values, step), step)
     return Record(quantity, x, values, 1 / step, result.model)
 
@@ -136,6 +124,18 @@ def _lines(path: Path) -> list[str]:
 def _notes(lines: Sequence[str]) -> dict[str, str]:
     found = (NOTE.match(line) for line in reversed(lines))  # the first of a name counts
     return {one[1] if "." in one[1] else one[1].lower(): one[2] for one in found if one}
+
+
+def _noted(notes: Mapping[str, str], label: str, name: str, unit: str) -> float | None:
+    if name not in notes:
+        return None
+    try:
+        value, _ = parse(notes[name], unit)
+    except QuantityError as error:
+        raise RecordError(f"{label}: {name}: {error}") from error
+    if name != PLACE and not value > 0:
+        raise RecordError(f"{label}: {name}: {notes[name]} must be positive")
+    return value
 
 
 def _title(path: Path, text: str) -> tuple[str, float]:
@@ -206,15 +206,9 @@ def _even_record(
         time, values = evenly(time, values)
         start = axis[0] if name == "x" else 0.0
     else:
-        told = notes.get(RATE)
-        if told is None:
+        rate = _noted(notes, str(path), RATE, "Hz")
+        if rate is None:
             raise RecordError(f'{path}: has neither time nor x: say "# sampling rate: 10 kHz" on its first line')
-        try:
-            rate, _ = parse(told, "Hz")
-        except QuantityError as error:
-            raise RecordError(f"{path}: sampling rate: {error}") from error
-        if not rate > 0:
-            raise RecordError(f"{path}: sampling rate {told} must be positive")
         time, start = np.arange(len(values)) / rate, 0.0
     with np.errstate(over="ignore"):
         position = start + speed * time

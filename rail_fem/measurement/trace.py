@@ -12,7 +12,7 @@ from scipy.signal import correlate
 from scipy.signal.windows import tukey
 
 from rail_fem.contact.contact_table import contact_table
-from rail_fem.measurement.record import BEARER, FEWEST, FILTER, HEIGHT, NOISE, PLACE, Record, RecordError
+from rail_fem.measurement.record import ACCELERATIONS, BEARER, FEWEST, FILTER, NOISE, PLACE, Record, RecordError
 from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.vertical_dynamics import TRACK, WHEEL
 from rail_fem.passes.vertical_pass import LightPass, run_pass
@@ -74,8 +74,10 @@ class Sensor:
 
 def sensor_of(record: Record, scene: Scene) -> Sensor:
     """Where a record was made. Errors: RecordError, also where it is no acceleration."""
-    if record.quantity not in HEIGHT:
-        raise RecordError(f"{record.label}: {record.quantity} is no acceleration: give one of {', '.join(HEIGHT)}")
+    if record.quantity not in ACCELERATIONS:
+        raise RecordError(
+            f"{record.label}: {record.quantity} is no acceleration: give one of {', '.join(ACCELERATIONS)}"
+        )
     if scene.bearers is None or record.quantity == "axle_box_acceleration":
         return Sensor(record.quantity)
     if record.quantity == "casting_acceleration":
