@@ -45,5 +45,7 @@ def study(
         typer.echo(f"no study '{name}'; there are:\n{there}", err=True)
         raise typer.Exit(2)
     sys.argv = [f"rail-fem study {name}", *(["--quick"] if quick else []), *context.args]
-    with refusing():
+    from rail_fem.run.job import JobError
+
+    with refusing(ValueError, OSError, JobError):
         typer.run(importlib.import_module(f"rail_fem.studies.{name.replace('-', '_')}").main)

@@ -27,7 +27,7 @@ from rail_fem.result.error_bars import calibrated_bars, error_bars
 from rail_fem.result.quantities import FORCES, REPORTED, reported
 from rail_fem.result.result import PassResult
 from rail_fem.show.table_and_figure import Table, publish
-from rail_fem.studies.size_series import MODEL, faults_told, read_sizes, run_at
+from rail_fem.studies.size_series import MODEL, read_sizes, run_at
 from rail_fem.sweeps.rows import read_rows
 
 LIGHT = "rigid_hertz", "bem_passage"
@@ -132,8 +132,7 @@ def main(
     chosen = read_sizes("4,3,2" if quick else sizes)
     if len(chosen) != 3:
         raise typer.BadParameter(f"--sizes {sizes}: three are needed: of the twin, of the run, of the finer run")
-    with faults_told():
-        found = {words: held_on(words, chosen, out) for words in wanted}
+    found = {words: held_on(words, chosen, out) for words in wanted}
     if rank() == 0:
         models = MODEL, WITHOUT, *LIGHT
         publish("table", out, [table(model, {words: own[model] for words, own in found.items()}) for model in models])

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,35 +11,16 @@ from typing import Any
 import typer
 
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.case.variations import VariationError
 from rail_fem.processes.launcher import on_root
 from rail_fem.result.error_bars import ORDER, error_bars
 from rail_fem.result.extrapolation import Limit, limit_of
 from rail_fem.result.quantities import REPORTED, reported
 from rail_fem.result.result import PassResult, load
-from rail_fem.run.job import JobError, run_case
+from rail_fem.run.job import run_case
 from rail_fem.settings.explicit import FeSettings
 
 MODEL = "fe_full"
 TWIN = 1.2, 2.6  # ratio of sizes with which the coarser run serves as the finer one's twin
-
-
-class RunError(RuntimeError):
-    """A run that failed; the message says which and why."""
-
-
-@contextmanager
-def faults_told() -> Iterator[None]:
-    """Ends a study with a sentence in place of a traceback: exit code 2 for what cannot be run, 1 for a run that
-    failed."""
-    try:
-        yield
-    except (JobError, CaseError, VariationError) as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(2) from error
-    except RunError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(1) from error
 
 
 def read_sizes(text: str) -> list[float]:
@@ -60,17 +40,18 @@ def run_at(
     """The case with these changes at an element size [m], without a twin. Collective.
 
     A run that the folder holds is not run again, one that was stopped or killed goes on.
-    Errors: JobError where the folder holds another case; RunError for a run that failed.
+    Errors: CaseError for a case with a mesh; JobError where the folder holds another case. Ends the program with exit
+    code 1 where a run fails.
     """
     keys = {f"run.{MODEL}.element_size": f"{size * 1e3:g} mm", f"run.{MODEL}.error_twin": False}
     case = load_case(case_path, {**changes, **keys, **_windows(case_path, changes, size)})
     if getattr(case.runs[MODEL], "mesh", ""):
-        raise RunError(
-            f"{case_path}: run.{MODEL}.mesh has one element size, a study of sizes meshes itself: leave it out"
+        raise CaseError(
+            case_path, [f"run.{MODEL}.mesh has one element size, a study of sizes meshes itself: leave it out"]
         )
-    fault = run_case(case, MODEL, folder, True, False, say)
-    if fault:
-        raise RunError(f"{folder}: {fault}")
+    if fault := run_case(case, MODEL, folder, True, False, say):
+        typer.echo(f"{folder}: {fault}", err=True)
+        raise typer.Exit(1)
     return on_root(lambda: load(folder))
 
 

@@ -13,7 +13,7 @@ from rail_fem.export.files import write_by_meshio
 from rail_fem.export.tagged import read_tagged
 from rail_fem.models import fe_full
 from rail_fem.result.runfolder import RunFolderError, digest, fingerprint, prepare_folder
-from rail_fem.studies.size_series import RunError, run_at
+from rail_fem.studies.size_series import run_at
 from tests.rail_fem.test_casefile import GOOD
 
 LINES = {
@@ -130,7 +130,7 @@ def test_a_mesh_that_does_not_fit_the_case_is_refused_before_the_run(run, change
 
 def test_a_study_of_element_sizes_does_not_take_a_mesh_of_one_size(run):
     folder, _ = run
-    with pytest.raises(RunError, match="run.fe_full.mesh has one element size"):
+    with pytest.raises(CaseError, match="run.fe_full.mesh has one element size"):
         run_at(case_of(folder, mesh='"own.msh"'), {}, 3e-3, folder / "3mm", print)
 
 
