@@ -1,11 +1,18 @@
-"""Trends in words: what is published, what each model finds, why it differs, and what the controls say."""
+"""Trends in words: what is published, what each model finds, why it differs, and what the controls say.
+
+A control is the same cases with one thing changed, run by a light model, to see whether that thing makes the trend: a
+reason why a trend differs from a source is no more than a guess until the change that it names has been made.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from rail_fem.sweeps.controls import AS_IT_IS, control_words
-from rail_fem.sweeps.trends import MEASURES, CaseChanges, Group, Results, TrendFinding, check
+from rail_fem.case.casefile import load_case
+from rail_fem.hierarchy import solve
+from rail_fem.sweeps.trends import MEASURES, CaseChanges, ControlExperiment, Group, Results, Trend, TrendFinding, check
+
+AS_IT_IS = CaseChanges()
 
 
 def trend_lines(
@@ -64,3 +71,26 @@ def count_lines(groups: tuple[Group, ...], results: Results) -> list[str]:
         + ", ".join(f"{name} {count('agrees', of)} of {len(of)}" for name, of in by_group.items())
         + "."
     ]
+
+
+def run_control(
+    control: ControlExperiment, trend: Trend, folder: Path, swept: CaseChanges = AS_IT_IS
+) -> TrendFinding | None:
+    """What the control's model finds, None where it does not resolve the quantity. folder : of the case files
+    CASE.toml;  swept : what the sweep has changed in them, the control changes that. Errors: CaseError, the model's
+    own."""
+    own = {"quantity": control.quantity or trend.quantity, "order": control.order or trend.order}
+    asked, results = trend.model_copy(update=own), {}
+    for name in dict.fromkeys(asked.order):
+        case = load_case(Path(folder) / f"{name}.toml", swept.of(name) | control.of(name)).by(control.model)
+        results[name] = {control.model: solve(control.model, case.scene, case.runs[control.model])}
+    return next(iter(check(asked, results)), None)
+
+
+def control_words(control: ControlExperiment, trend: Trend, folder: Path, swept: CaseChanges = AS_IT_IS) -> str:
+    """The control in a line, with what came out, or that nothing did on this scene; what it changes stands in the file
+    of groups."""
+    quantity, found = control.quantity or trend.quantity, run_control(control, trend, folder, swept)
+    order = f" ({quantity}: {' < '.join(control.order or trend.order)})" if control.quantity or control.order else ""
+    told = found.words(MEASURES[quantity].unit) if found else f"{control.model} does not resolve it on this scene"
+    return f"{control.says}{order}: {told}"
