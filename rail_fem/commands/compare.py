@@ -82,10 +82,10 @@ def compare_studies(folders: list[Path], out: Path | None) -> None:
 
 def share(text: str, option: str) -> float:
     """A relative number above 0, as 5% or 0.05."""
-    try:
-        value = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
-    except ValueError:
-        stop(f"{option} {text}: not a number; write 5% or 0.05")
+    from rail_fem.scene.units import QuantityError, parse
+
+    with refusing(QuantityError):
+        value, _ = parse(text, "")
     if not 0 < value < 1:
         stop(f"{option} {text}: must lie between 0 and 100 %; write 5% or 0.05")
     return value

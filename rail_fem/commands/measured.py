@@ -55,7 +55,19 @@ def measured(
     """
     against, records = _sorted(files)
     if find or bearers:
-        _find(against, records, find or [], each or [], bearers, out, trials, workers, reach)
+        from rail_fem.design.inversion import invert
+        from rail_fem.design.inversion_report import write_inversion
+        from rail_fem.design.state import state_problem
+        from rail_fem.processes.pool import Lost, Workers
+
+        if out is None:
+            stop("--find: give --out, the folder of trials, report and figures")
+        with refusing():
+            problem = state_problem(against, records, find or [], each or [], bearers, trials, reach)
+            try:
+                say("\n" + write_inversion(problem, invert(problem, out, Workers(workers), say), out))
+            except Lost as error:
+                stop(f"a trial is lost: {error}: start again, it goes on where it was", RUN_FAILED)
         return
     if each or out is not None or len(records) != 1:
         stop("give a run's folder and one record; several, --each and --out are for --find")
@@ -68,32 +80,6 @@ def _sorted(files: list[Path]) -> tuple[Path, list[Path]]:
     if len(against) > 1 or len(files) < 2:
         stop("give one folder of a run, or one case file with --find, and a record")
     return against[0], [path for path in files if path != against[0]]
-
-
-def _find(
-    case: Path,
-    records: list[Path],
-    find: list[str],
-    each: list[str],
-    bearers: str | None,
-    out: Path | None,
-    trials: int,
-    workers: int,
-    reach: str | None,
-) -> None:
-    from rail_fem.design.inversion import invert
-    from rail_fem.design.inversion_report import write_inversion
-    from rail_fem.design.state import state_problem
-    from rail_fem.processes.pool import Lost, Workers
-
-    if out is None:
-        stop("--find: give --out, the folder of trials, report and figures")
-    with refusing():
-        problem = state_problem(case, records, find, each, bearers, trials, reach)
-        try:
-            say("\n" + write_inversion(problem, invert(problem, out, Workers(workers), say), out))
-        except Lost as error:
-            stop(f"a trial is lost: {error}: start again, it goes on where it was", RUN_FAILED)
 
 
 def _beside(folder: Path, record: Path, cutoffs: list[str] | None, reach: str | None, draw: Path | None) -> None:

@@ -80,9 +80,6 @@ def sweep(
         limit = math.inf if time_limit is None else parse(time_limit, "s")[0]
     except ValueError as error:
         stop(f"--time-limit {time_limit}: {error}")
-    unknown = sorted(set(model or ()) - set(MODELS))
-    if unknown:
-        stop(f"--model {', '.join(unknown)}: no such model; choose among {', '.join(MODELS)}")
     if array is not None and array not in QUEUES:
         stop(f"--array {array}: choose among {', '.join(QUEUES)}")
     if pool == MPI:

@@ -48,7 +48,7 @@ def contact(
     their forces and patches: a table over shift, yaw and height. With --load the left wheel alone stands under a
     vertical force.
     """
-    from rail_fem.commands.pair import length, rows_of, rows_under, search_of, series, write_rows
+    from rail_fem.commands.pair import force, rows_of, rows_under, search_of, series, write_rows
 
     if lower is not None and load is not None:
         stop("give --lower (a wheelset pressed down) or --load (one wheel under a force), not both")
@@ -56,8 +56,7 @@ def contact(
     positions = series(shift, "mm"), series(yaw, "mrad")
     if load is not None:
         for value in load.split(":")[:2]:
-            if length(value, "kN") <= 0:
-                stop(f"load {load}: give a vertical force above 0")
+            force(value)
         rows = list(rows_under(search, *positions, series(load, "kN")))
     else:
         rows = list(rows_of(search, *positions, None if lower is None else series(lower, "um")))

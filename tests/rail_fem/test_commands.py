@@ -196,7 +196,7 @@ def sum_of(points: list, one: dict) -> float:
     (("contact", "nothere.csv", "60E1"), "no such file"), (("contact", "P8", "60E1", "--shift", "3"), "has no unit"),
     (("contact", "P8", "60E1", "--shift", "1 mm:2 mm"), "no series"),
     (("contact", "P8", "60E1", "--inclination", "steep"), "1:20"),
-    (("contact", "P8", "60E1", "--load", "-80 kN"), "above 0"), (("contact", "P8", "60E1", "--load", "9 GN"), "load"),
+    (("contact", "P8", "60E1", "--load", "-80 kN"), "between 0 and 10 MN"), (("contact", "P8", "60E1", "--load", "9 GN"), "load"),
     (("contact", "P8", "60E1", "--load", "80 kN", "--lower", "9 um"), "not both"),
     (("contact", "P8", "60E1", "--lower", "2 mm"), "lowered"),
     (("contact", "P8", "60E1", "--gauge", "9 m"), "gauge"),
