@@ -57,7 +57,7 @@ def read_table(path: Path) -> dict[str, Any]:
 def read_as(path: Path, kind: type[Kind], refused: type[ValueError]) -> Kind:
     """A TOML file of another kind than a case. Errors: `refused` with the file, each key and what to do."""
     try:
-        return kind.model_validate(read_table(path))
+        return kind.model_validate(read_table(path), context={"units_required": True})
     except CaseTextError as error:
         raise refused(f"{path}: {error}") from error
     except ValidationError as error:

@@ -71,7 +71,7 @@ from rail_fem.measurement.trace import Trace, trace_of
 from rail_fem.result.quantities import two_now
 from rail_fem.scene.base import Count, Frozen
 from rail_fem.scene.input_errors import meaning, quantity_of, suggest
-from rail_fem.scene.units import NUMBER_THEN_UNIT, QuantityError, parse, si_factor
+from rail_fem.scene.units import NUMBER_THEN_UNIT, Quantity, QuantityError, parse, si_factor
 from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.sweeps.trends import MEASURES
 
@@ -197,7 +197,9 @@ class Design(Frozen):
     objective: tuple[Objective, ...] = ()
     observations: str = ""  # a file of facts in place of objectives
     rounds: Annotated[Count, Field(ge=0, le=100)] = 4  # of trials where the facts make scenes likely
-    reach: str = "100 mm"  # how far a record's positions, where it has such, may be off
+    reach: Annotated[
+        float, Quantity("mm", 1e-3, 1e6, "how far a record's positions, where it has such, may be off")
+    ] = 0.1
 
     @model_validator(mode="after")
     def _model_is_light(self) -> "Design":
@@ -210,12 +212,6 @@ class Design(Frozen):
             raise ValueError("give objectives, or observations or records in their place")
         if self.recorded and self.model != RECORDED_BY:
             raise ValueError(f"records are held against {RECORDED_BY}: leave {self.model} out, or the records")
-        try:
-            far, _ = parse(self.reach, "mm")
-        except QuantityError as error:
-            raise ValueError(f"reach: {error}") from error
-        if not far > 0:
-            raise ValueError(f"reach: {self.reach} must be positive")
         passes = [p.name for p in (*self.passes, *self.checks)]
         for what, names in (("key", [v.name for v in self.vary]), ("pass", passes)):
             if len(set(names)) < len(names):
@@ -354,21 +350,20 @@ def checked(problem: Problem, path: Path) -> Problem:
         )
     for one in (*design.passes, *design.checks):
         load_case(problem.case, design.proof | one.set).by(design.model)
-    reach = parse(design.reach, "mm")[0]
     try:
-        found = [RecordFact(one.name, _trace(problem, one, path.parent / one.record, reach)) for one in design.recorded]
+        found = [RecordFact(one.name, _trace(problem, one, path.parent / one.record)) for one in design.recorded]
     except RecordError as error:
         raise DesignError(str(error)) from error
     return replace(problem, facts=(*facts, *found))
 
 
-def _trace(problem: Problem, one: Pass, record: Path, reach: float) -> Trace:
+def _trace(problem: Problem, one: Pass, record: Path) -> Trace:
     """A pass's record beside the case as it is. Errors: RecordError, those of the model."""
     case = problem.changed(None, one)
     settings = case.settings(RigidHertzSettings)
     if settings.degrees_of_freedom != "vertical":
         raise RecordError(f"{record}: is held against degrees_of_freedom = vertical: leave the key out")
-    return trace_of(read_record(record, case.scene.velocity), case.scene, settings, reach)
+    return trace_of(read_record(record, case.scene.velocity), case.scene, settings, problem.design.reach)
 
 
 def _with_common_keys(design: Design) -> Design:

@@ -45,7 +45,9 @@ def state_problem(
     vary += [_variable(text) | {"only": one["name"]} for one in passes for text in each]
     given = {"case": str(case), "model": RECORDED_BY, "trials": trials, "rounds": ROUNDS, "vary": vary, "pass": passes}
     try:
-        design = Design.model_validate(given | ({} if reach is None else {"reach": reach}))
+        design = Design.model_validate(
+            given | ({} if reach is None else {"reach": reach}), context={"units_required": True}
+        )
     except ValidationError as error:
         raise DesignError(
             "\n  ".join([f"{case}: cannot be searched so", *describe_errors(error, Design, "")])
