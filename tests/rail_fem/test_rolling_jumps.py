@@ -6,7 +6,7 @@ import pytest
 from bem.cycle_jumps import JumpRule
 from bem.plastic.rolling_line import rolling_line_contact
 from bem.steel.cyclic_law import cyclic_law
-from rail_fem.studies.rolled_passes import roll, table
+from rail_fem.studies.ratchetting import pass_table, roll
 
 YOUNG, POISSON, YIELD, HALF_WIDTH = 210e9, 0.3, 300e6, 5e-3
 SHEAR_YIELD = YIELD / np.sqrt(3)
@@ -81,8 +81,8 @@ def test_a_steel_that_has_hardened_carries_what_it_carried_before():
 
 def test_the_table_of_a_long_run_says_cost_verdict_and_what_is_refused():
     law, depths = CASES["constant"][0], HALF_WIDTH * np.array([0.4, 0.5])
-    runs = [roll(law, ratio, SHEAR_YIELD, HALF_WIDTH, depths, 150, 60, 0.01) for ratio in (2.0, 4.6, 8.0)]
-    elastic, ratchets, beyond = table(runs).markdown().splitlines()[2:]
+    runs = [roll(law, ratio, depths, 150, 60, 0.01) for ratio in (2.0, 4.6, 8.0)]
+    elastic, ratchets, beyond = pass_table(runs).markdown().splitlines()[2:]
     assert "| elastic (" in elastic and "no equilibrium" in beyond
     assert "| ratchetting (" in ratchets and "in 10,000" in ratchets and "), constant growth" in ratchets
     computed, jumped = runs[1].computed, runs[1].jumped
