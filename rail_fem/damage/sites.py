@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from rail_fem.damage.line_wear import worn_on_line
 from rail_fem.damage.rolling import Rolling
 from rail_fem.damage.section import Passing, Section, scattered, sine_positions
 from rail_fem.damage.subsurface import SubsurfaceSteel, subsurface_fatigue
-from rail_fem.damage.traffic import Event, equivalent_tonnage, maintenance
+from rail_fem.damage.traffic import WELD, Event, equivalent_tonnage
 from rail_fem.damage.turning import wheels_between, wheels_on_line
 from rail_fem.damage.wear import Archard, WearLaw, dry_laws
 from rail_fem.damage.wheel_wear import wheel_lines
@@ -68,8 +69,9 @@ def stepping_of(settings: DamageSettings) -> Stepping:
 
 
 def maintenance_of(settings: DamageSettings) -> tuple[Event, ...]:
-    """Its grindings and weldings."""
-    return maintenance(settings.grindings, settings.weldings, settings.grinding_depth)
+    """Its grindings and weldings in their order. Where both fall together welding comes last."""
+    events = [Event(t, removes=settings.grinding_depth) for t in settings.grindings]
+    return tuple(sorted(events + [replace(WELD, time=t) for t in settings.weldings], key=lambda event: event.time))
 
 
 def fatigue_of(settings: DamageSettings) -> WholeLifeRail:

@@ -117,15 +117,6 @@ def run_study(
     return ended
 
 
-def explicit_stops(case: Case, settings: DamageSettings, folder: Path, identity: str) -> ExplicitStops | None:
-    """Where passes of fe_full come between those of the study; None: nowhere."""
-    if settings.explicit is None:
-        return None
-    return ExplicitStops(
-        settings.explicit, cast(FeSettings, case.runs[MODEL]), settings.passes, folder / "explicit", identity
-    )
-
-
 def _wear(settings, site, explicit, folder, goes_on, identity, progress, say) -> tuple[Evolution, Any, str]:
     """Through all passes, a restart file after each block; the site as it has flowed by then; and what ended it before
     its last pass, "" where nothing did. Errors: WornOutError in the first block."""
@@ -164,7 +155,10 @@ def _study(case, settings, folder, goes_on, identity, progress, say, workers: Wo
         if flow is not None:
             flowed, (low, high) = read_flow(flow, case.scene, site.grid)
             site, flow_before = replace(site, flow=flowed), {"deepest": flowed.max(), "start": low, "end": high}
-        if explicit := explicit_stops(case, settings, folder, identity):
+        explicit = None
+        if settings.explicit:
+            numerics = cast(FeSettings, case.runs[MODEL])
+            explicit = ExplicitStops(settings.explicit, numerics, settings.passes, folder / "explicit", identity)
             site = explicit.flowed(0, site, site.first(), say)
         before = site.afresh().rate(site.first())
         state, site, ended = _wear(settings, site, explicit, folder, goes_on, identity, progress, say)

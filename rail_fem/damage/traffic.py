@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -50,13 +50,6 @@ class Event:
 
 
 WELD = Event(0.0, "welding", keeps_depth=0.0, keeps_crack=0.0, removes=0.0)
-
-
-def maintenance(grindings: Sequence[float], weldings: Sequence[float], removes: float) -> tuple[Event, ...]:
-    """Grindings and weldings at times [years], in their order; removes : that a grinding takes off [m]. Where both fall
-    together welding comes last."""
-    events = [Event(t, removes=removes) for t in grindings] + [replace(WELD, time=t) for t in weldings]
-    return tuple(sorted(events, key=lambda event: event.time))
 
 
 class Life(NamedTuple):

@@ -16,8 +16,7 @@ from rail_fem.design.search import Found, Trial
 from rail_fem.design.shape import ShapeDifference, shape_difference, told
 from rail_fem.files.markdown import markdown_table
 from rail_fem.show.panels import Panel, panels_figure
-from rail_fem.show.style import lettering, save
-from rail_fem.show.table_and_figure import write_table_and_figure
+from rail_fem.show.table_and_figure import write_figure, write_table_and_figure
 from rail_fem.sweeps.trends import MEASURES
 
 SHAPE_SPACING = 5e-3  # of the long section that is drawn [m]
@@ -31,8 +30,7 @@ def write_report(problem: Problem, found: Found, out: Path) -> str:
     text = report(problem, found, checked)
     folder = Path(out)
     write_table_and_figure(folder / "design.md", text, folder / "design.png", lambda: design_figure(problem, found))
-    with lettering():
-        save(force_figure(problem, found, checked), folder / "design_forces.png")
+    write_figure(folder / "design_forces.png", lambda: force_figure(problem, found, checked))
     return text
 
 
