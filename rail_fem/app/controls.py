@@ -1,8 +1,6 @@
 """What the app lets move, and what the light models say of it: controls made of the case file's own keys (unit, range,
 meaning), a pass as charts and tables of the page, the command and the case file that repeat it."""
 
-from __future__ import annotations
-
 import math
 import shlex
 from collections.abc import Mapping

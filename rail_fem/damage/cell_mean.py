@@ -4,8 +4,6 @@ A cell that lies across a border of the map belongs to both regions. Its share o
 velocity as they run through the cell, linear between its neighbours; across a jump (where slip begins) they are even.
 """
 
-from __future__ import annotations
-
 from kernel_cache import njit
 
 PARTS = 8  # of a cell each way, where it lies across a border

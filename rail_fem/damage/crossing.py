@@ -9,8 +9,6 @@ A patch whose mean pressure would pass the hardness is as large as the hardness 
 plastic there cannot press more, and elastic ellipses on a nose's unworn corner would.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

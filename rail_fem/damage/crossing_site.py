@@ -6,8 +6,6 @@ rigid_hertz, forces by its dynamics, patches and tractions at every position, we
 vertically; its lateral position is the kind's own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial

@@ -1,7 +1,5 @@
 """From the cells of patches to a field d(x, y) in plan, each where it lay on the rail; the volume is kept."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

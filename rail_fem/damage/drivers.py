@@ -1,7 +1,5 @@
 """What drives a crossing's wear: elasticities of the volume worn off to what the case says."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

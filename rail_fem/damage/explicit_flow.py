@@ -4,8 +4,6 @@ by then, on the steel that its passes at the stop before have left; what it has 
 Other kinds of pass press nothing of their own: where one of them presses deeper, it is not in the study.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -3,8 +3,6 @@
 All are empirical or elastic criteria of plain line; on a crossing they say where to look, not when it cracks.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Figures of a damage study: sections before and after, depths with the band over the laws, passes, T gamma, shakedown
 map, and of a crossing the depth on its plan and what the wheels lose."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -7,8 +7,6 @@ recalled). The error of the model is that of the wear laws, told by each of them
 scatter of traffic, and no number of wheels makes it less.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ A new casting flows while it hardens, and wears afterwards: the first passes' fl
 metal, negative where metal was pushed up, under the wear of all passes that follow. It does not go on growing here.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable
 from pathlib import Path

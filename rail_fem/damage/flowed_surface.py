@@ -11,8 +11,6 @@ metal that leaves a groove goes out through the faces beside the running surface
 of it is heaped up beside the groove.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -17,8 +17,6 @@ Error: a Hertz patch in a groove wider than itself; the load's own groove beside
 pass over the surface.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -10,8 +10,6 @@ Source: Carslaw and Jaeger, Conduction of Heat in Solids (1959), 2.9; Ertz and K
 (recalled).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from rail_fem.damage.wear import Patches, friction_density, refuse_unsolved, to_cells

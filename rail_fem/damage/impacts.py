@@ -8,8 +8,6 @@ indentation takes off.
 Source: K. L. Johnson, Contact Mechanics (1985), section 11.4.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -7,8 +7,6 @@ one at which wheels are turned. Curves, brakes and rails that wear are not in it
 way is that of the law and its factor.
 """
 
-from __future__ import annotations
-
 import itertools
 from functools import cache
 from typing import NamedTuple

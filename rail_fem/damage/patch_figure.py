@@ -1,8 +1,6 @@
 """Figure of the patches that wear a section: where a wheel touches it, and for each point pressure, tractions, depth
 of cells and strips (in kind the thesis' figures 4-5 to 4-7)."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

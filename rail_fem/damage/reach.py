@@ -6,8 +6,6 @@ paraboloid is as large as the patch. So what lies low is spared until its neighb
 first. Strips keep what they wear; only where along the rail they wear it is shared out.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from geometry.surfaces.any_crossing import AnyCrossing

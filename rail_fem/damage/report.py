@@ -1,7 +1,5 @@
 """One page for who owns the rail: what, when, how sure, and what the numbers are not."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

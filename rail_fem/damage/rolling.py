@@ -6,8 +6,6 @@ the longitudinal forces of all its points have no moment about the axle. Lateral
 across the track come from normal contact alone, and rails may yield to them.
 """
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Several damage studies side by side: what each wore off, how sure, and how far they differ."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

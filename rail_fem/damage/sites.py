@@ -1,7 +1,5 @@
 """From a case to what is to be worn: its laws, its traffic, a switch's section, passes over a crossing."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Mapping
 from dataclasses import replace

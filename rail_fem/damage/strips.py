@@ -5,8 +5,6 @@ slopes, as steels of one stiffness share what separates them. The wheel's slope 
 from it by the gap's, distance over relative radius. Each strip slips as the wheel's rigid motion says at its own place.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from geometry.contact.prismatic_search import Motion, creepages_at

@@ -4,8 +4,6 @@ What a folder holds: case.json (which study), state.npz (restart file), damage.j
 damage.npz (results, SI), profile_before.txt and profile_after.txt of a section (mm), report.md, figures/.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace

@@ -12,8 +12,6 @@ Differences are of the first study to the second, in what the surface lost by we
 plan, of means over stretches of the running direction, of the deepest in each section, and of the volume.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

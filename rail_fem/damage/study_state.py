@@ -1,7 +1,5 @@
 """A study's state as arrays in a sealed file, for restarts and for who reads results."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any

@@ -13,8 +13,6 @@ Smallest sphere: Yildirim, SIAM J. Optim. 19 (2008) 1368, away steps (from memor
 carries its bound). tests/damage/test_subsurface.py.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

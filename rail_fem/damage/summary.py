@@ -1,7 +1,5 @@
 """What a site that has worn shows, in numbers: bands over the laws, errors, forces, T gamma, fatigue, years."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

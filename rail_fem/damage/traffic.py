@@ -1,7 +1,5 @@
 """Traffic and maintenance: equivalent tonnage, inspection, time to a limit, grinding and welding, sensitivities."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

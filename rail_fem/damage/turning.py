@@ -7,8 +7,6 @@ of all depths between new and turned, each as frequent (renewal: Cox, Renewal Th
 the crossing sees the same mixture at all times, however many miles lie between two turnings.
 """
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import replace
 

@@ -9,8 +9,6 @@ A law takes one patch or a row of k (bem.halfspace.rolled_ellipses); arrays then
 Nothing here knows of lubrication or climate: the study multiplies by its calibration factor.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

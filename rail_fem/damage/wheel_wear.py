@@ -7,8 +7,6 @@ Laws are those of the rail by the wheel's hardness; those that know no hardness 
 rail. The passes of one kind wear that kind's profile: its shape stands for a population and does not change.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

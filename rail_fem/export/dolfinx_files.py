@@ -1,7 +1,5 @@
 """dolfinx fields into the files that dolfinx and ParaView read: XDMF with tags, VTX where dolfinx has ADIOS2."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mpi4py.MPI  # noqa: F401

@@ -1,7 +1,5 @@
 """A run's fields into files of other programs: by dolfinx where it reads them itself, by meshio for all others."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A run's mesh and fields with the tags that other programs select parts by: bodies, contact surfaces, bases."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

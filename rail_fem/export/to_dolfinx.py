@@ -1,7 +1,5 @@
 """From a run folder to dolfinx: mesh, tags of bodies and faces, and Functions, ready for one's own UFL forms."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -21,8 +21,6 @@ Run and twin have the same waves. How well bars hold was found with those of `CA
 in steps made longer by heavier elements is a part of its own (`inertia`).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

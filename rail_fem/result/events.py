@@ -20,8 +20,6 @@ for good; a
 - *Flight*: a loss of contact; its launch speed is the wheel's upward speed at its first row.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """What values at several element sizes tend to as the elements vanish, and the order with which they do."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

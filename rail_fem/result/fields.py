@@ -3,8 +3,6 @@
 Six components mean XX YY ZZ XY YZ XZ to VTK, which is not the order of geometry.axes: files hold VTK's, arrays VOIGT.
 """
 
-from __future__ import annotations
-
 import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -7,8 +7,6 @@ A peak of what is filtered is one of the record only where the filter's length l
 carried on with their values, and a record that ends high is highest there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -4,8 +4,6 @@ The leg is the wing body as far as `leg_end`, the same limit that parts its forc
 (rail_fem.result.events). A pass that does not run over it has a wing and a nose alone.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

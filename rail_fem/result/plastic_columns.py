@@ -4,8 +4,6 @@ A cell is cut along its own axes into `counts` (3,) equal parts, each with its s
 `height` [m]; a part counts whole in the column of its middle. Columns are `width` [m] wide, from `origin` (2,) [m] on.
 """
 
-from __future__ import annotations
-
 import math
 
 from kernel_cache import njit

@@ -5,8 +5,6 @@ The largest value of plastic strain grows with every halving of the elements; it
 and its position, never alone. All else here does not hang on the elements but through their error.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

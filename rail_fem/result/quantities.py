@@ -1,7 +1,5 @@
 """The numbers that a result reports, by name: the one list for tables, comparisons and error bars."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

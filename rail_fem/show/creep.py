@@ -1,7 +1,5 @@
 """Figure of the longitudinal force and of the longitudinal creep over the running distance."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

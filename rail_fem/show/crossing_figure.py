@@ -1,7 +1,5 @@
 """Drawing of a scene's crossing: plan, long section under the wheel, three cross-sections. For `check --draw`."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

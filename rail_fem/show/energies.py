@@ -1,7 +1,5 @@
 """Figure of the energies: where the work of the pass goes, and how much of it the numerics take."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

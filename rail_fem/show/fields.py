@@ -1,8 +1,6 @@
 """The fields of a run as figures need them: read from its VTU file, and cut to what is seen from above or in a
 section."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -4,8 +4,6 @@ from rail_fem.show.figures import draw_run
 draw_run("runs/nose_transfer")
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Figure of the contact force and of the heights of wheel and crossing over the running distance."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

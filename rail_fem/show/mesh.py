@@ -1,7 +1,5 @@
 """Figure of the meshes of wheel and crossing: in section where the wheel stands, along the track, and from above."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

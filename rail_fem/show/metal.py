@@ -1,7 +1,5 @@
 """Plastic strain, residual stress and change of the running surface of a result in words."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

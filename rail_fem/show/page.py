@@ -4,8 +4,6 @@ Its numbers are those of the terminal's report (rail_fem.show.report), its pictu
 from a case or a result is text on it: it is escaped, and a browser is told to run this page's two scripts alone.
 """
 
-from __future__ import annotations
-
 import base64
 import gzip
 import hashlib

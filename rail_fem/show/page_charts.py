@@ -3,8 +3,6 @@
 What is drawn is what the figures draw (rail_fem.show.force, plan, positions): the same curves, marks and colours.
 """
 
-from __future__ import annotations
-
 import base64
 import html
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """The kit that figures are made of: panels of what against what, the marks on them, the words around."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple

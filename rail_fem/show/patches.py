@@ -1,7 +1,5 @@
 """Figure of the contact patches that a result keeps: largest elastic pressure, length and width over the position."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

@@ -1,7 +1,5 @@
 """Figure of the plastic strain on the crossing's top surface, seen from above in true shape."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke

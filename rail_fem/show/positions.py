@@ -1,8 +1,6 @@
 """What the figures over the running distance have in common: the axis, the direction of travel, the positions that are
 marked."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

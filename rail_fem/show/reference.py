@@ -1,8 +1,6 @@
 """Figures of one case by several models: their contact forces beneath one another, and the wheel's path with its dip
 angle."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

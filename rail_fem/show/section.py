@@ -1,7 +1,5 @@
 """Figure of the plastic strain in upright sections of wing and nose, where it is largest, with the elements drawn."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure

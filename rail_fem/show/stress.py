@@ -1,7 +1,5 @@
 """Figure of the stresses in upright sections of wing and nose: von Mises under the wheel, and what stays behind."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree

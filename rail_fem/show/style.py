@@ -1,8 +1,6 @@
 """How every figure looks: colours that colour-blind readers tell apart (Okabe and Ito), letters readable at 1200
 pixels, the title."""
 
-from __future__ import annotations
-
 import textwrap
 from pathlib import Path
 

@@ -20,8 +20,6 @@ All times are processor times, the least of several repeats where a row can be r
 then change little.
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import platform

@@ -1,7 +1,5 @@
 """Speed of a pass on a graphics card beside a core: measured where there is one, said where there is none."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import Any

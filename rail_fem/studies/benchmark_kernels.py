@@ -1,8 +1,6 @@
 """Speed of the explicit model's hot paths on one core: element kernels, dolfinx's own assembly of the same work, both
 limits of the core, contact."""
 
-from __future__ import annotations
-
 import inspect
 import time
 from collections.abc import Callable

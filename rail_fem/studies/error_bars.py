@@ -11,8 +11,6 @@ times the true difference in the median (a bar that is never wrong may say nothi
 again; bars are computed anew each time, so that a new rule can be judged without any run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

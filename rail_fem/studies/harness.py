@@ -1,7 +1,5 @@
 """What all studies share: their options, and how long something takes."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from pathlib import Path

@@ -8,8 +8,6 @@ surface. The semi-axes come from second moments of that pressure, a^2 = 5 <x^2>,
 nodes under pressure would be in error by half an element all round.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 

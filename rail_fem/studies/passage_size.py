@@ -9,8 +9,6 @@ is not run again, what was stopped goes on. Bars are those of `error_twin`, the 
 taken as the twin. The limit is by second order through the last three sizes.
 """
 
-from __future__ import annotations
-
 import math
 import textwrap
 from collections.abc import Sequence

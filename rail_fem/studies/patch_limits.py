@@ -8,8 +8,6 @@ at both sides, as on a crossing's nose. Conformal: a hollow tread of almost the 
 static finite elements (rail_fem/static_fe/finite_series.py).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

@@ -12,8 +12,6 @@ Length, width and area are read from nodal or cell pressures of all methods in o
 ends with the same finite elements at the thesis' element sizes, and with the thesis' own rows.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Annotated
 

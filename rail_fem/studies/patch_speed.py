@@ -12,8 +12,6 @@ Seconds are processor time, the least of several runs, one thread, without impor
 are Kalker's CONTACT (compiled Fortran, one thread, user seconds on a machine of this kind), as given to the project.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple

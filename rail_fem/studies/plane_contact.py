@@ -9,8 +9,6 @@ else is shared (rail_fem/static_fe/plane_strain.py). The thesis' counterparts ar
 deviations up to 2.6 %, and Figs. 5-10 to 5-22, in kind: its geometry is known from pictures only.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 from functools import partial

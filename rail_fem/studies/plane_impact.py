@@ -7,8 +7,6 @@ gone and the section rings. What the thesis does not state is chosen here: the w
 density, and that the foot is held. The section is the head's profile on a web and foot of straight lines.
 """
 
-from __future__ import annotations
-
 import time
 import warnings
 from dataclasses import dataclass

@@ -9,8 +9,6 @@ the stress down to the yield surface point by point ("capped"), so that the fiel
 equilibrium is restored in each step, and finite elements with the same steel judge that.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ number of the steel, and has a limit as cells vanish. Each method's own field is
 a cell, and the line through the three Gauss points of a triangle, read every sixteenth of a millimetre.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -9,8 +9,6 @@ free sides alone. Radii are counted in depths of the plastic zone that the same 
 which bem_plastic flags a corner. Results are over those of the flat.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 

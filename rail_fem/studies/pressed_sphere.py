@@ -10,8 +10,6 @@ half-space finds. In small strain on a flat surface w, the approach over that of
 all there is: radius, modulus and yield stress drop out. The fits are of large-strain elements of a sphere and a flat.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, replace
 

@@ -11,8 +11,6 @@ strain with its error, verdict, cost, by pressure; beside the jumps the first th
 depth that fares worst.
 """
 
-from __future__ import annotations
-
 import contextlib
 import time
 from typing import Annotated, NamedTuple

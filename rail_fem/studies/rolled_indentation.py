@@ -12,8 +12,6 @@ Of explicit passes over the same crossing the wing's indentation is how much nea
 the pass on the hard wing, less what the force alone changes, by the Hertz constants of the light models.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 from pathlib import Path

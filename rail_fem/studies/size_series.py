@@ -1,7 +1,5 @@
 """One pass at several element sizes: its runs, and the limit that each reported quantity tends to."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

@@ -9,8 +9,6 @@ to them so far, while its load, size and creepages change (bem/halfspace/transie
 points, so that they differ by time alone. Forces on wing and nose themselves are those of the pass in both.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated

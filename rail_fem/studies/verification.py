@@ -9,8 +9,6 @@ explicit contact against Hertz, speed against error of every model over the runs
 with what happened to each. What is not asked for, or cannot be run here, is said on the page.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tempfile

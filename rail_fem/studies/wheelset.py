@@ -7,8 +7,6 @@ A state is both sides, all points, load shared to equilibrium. Errors on the cro
 apart, searched every 0.1 mm.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from typing import Annotated

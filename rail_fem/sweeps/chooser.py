@@ -1,7 +1,5 @@
 """The page of a sweep in one file: a quantity against what varies, both by choice, and the table of all runs."""
 
-from __future__ import annotations
-
 import html
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Results of one scene side by side: what each model costs, how far it is from a reference, what it says of itself."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A comparison as plain values for scripts."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from typing import Any
 

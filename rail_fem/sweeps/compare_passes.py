@@ -10,8 +10,6 @@ nothing says that it ends. Plastic strain is cumulated: steel that flows to and 
 far the running surface has fallen, clear of the wheel, says whether the flow runs away in one direction.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

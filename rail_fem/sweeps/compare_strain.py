@@ -1,7 +1,5 @@
 """Plastic strain of leg, wing rail and nose of several results side by side, each with its own error bar and flags."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rail_fem.files.markdown import markdown_table

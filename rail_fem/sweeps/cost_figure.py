@@ -1,7 +1,5 @@
 """Figure of a comparison: cost against error of each result, and their force histories."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

@@ -1,8 +1,6 @@
 """Figures of a group of cases: forces and wheel paths over one another, plastic strain beneath one another with one
 legend."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple

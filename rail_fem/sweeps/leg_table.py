@@ -1,8 +1,6 @@
 """Tables of passes over the whole crossing: what a source gives for the leg beside every model, and the passes beside
 those of another sweep of the same cases."""
 
-from __future__ import annotations
-
 from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.result.events import leg_flight

@@ -1,7 +1,5 @@
 """What varies in a sweep: the keys of its cases whose values differ from run to run, read from the runs themselves."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path

@@ -1,8 +1,6 @@
 """What a source gives for the P2 force of each case, beside the same by our formula and the peaks of our models: the
 thesis' table 7-5."""
 
-from __future__ import annotations
-
 from rail_fem.files.markdown import table_of
 from rail_fem.hierarchy import MODELS
 from rail_fem.passes.dip import trajectory_dip

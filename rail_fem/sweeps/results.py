@@ -1,7 +1,5 @@
 """All results of a sweep's folder at once: by case and model, and as one table with what varies as columns."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field

@@ -6,8 +6,6 @@ share one folder. Figures of light models are left to `show`, which draws what i
 pass. Light models run in their worker's process, parallel ones under mpirun.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 import json

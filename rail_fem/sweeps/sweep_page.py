@@ -1,8 +1,6 @@
 """The page of a sweep: its tables, its trends in words with reasons and controls, the figures of each group, which
 figure of a source each stands for."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """The table of a sweep: every case by every model."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping
 from pathlib import Path

@@ -4,8 +4,6 @@ A control is the same cases with one thing changed, run by a light model, to see
 reason why a trend differs from a source is no more than a guess until the change that it names has been made.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from rail_fem.case.casefile import load_case
