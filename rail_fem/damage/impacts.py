@@ -48,8 +48,7 @@ def largest_impact(light: LightPass, table: ContactTable, static_load: float) ->
     speed = float(abs(wheel - track - path_speed(light, table, landing, body)))
     mass = 1 / (1 / light.masses.mass[WHEEL] + 1 / light.masses.mass[TRACK])
     stiffness = float(np.interp(light.x[row], table.x, table.stiffness[body]))
-    flight = abs(losses[-1].x_end - losses[-1].x_start)
-    return LargestImpact(*found, flight, speed, impact_force(mass, speed, stiffness))
+    return LargestImpact(*found, losses[-1].length, speed, impact_force(mass, speed, stiffness))
 
 
 def path_speed(light: LightPass, table: ContactTable, row: int, body: int) -> float:

@@ -21,7 +21,7 @@ for good; a
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
 
@@ -46,20 +46,14 @@ NOTABLE = 1.05  # of the static load: below, a largest force is no peak
 
 
 @dataclass(frozen=True)
-class Loss:
-    """A phase without contact: x [m] and time [s] of its first and last row."""
+class Flight:
+    """A phase without contact: x [m] and time [s] of its first and last row; launch_speed : of the wheel, upward, at
+    its start [m/s], NaN where its height is not resolved or not looked at"""
 
     x_start: float
     x_end: float
     start: float
     end: float
-
-
-@dataclass(frozen=True)
-class Flight(Loss):
-    """A loss of contact of a wheel whose height is known. launch_speed : upward, at its start [m/s]; NaN where it is
-    not resolved"""
-
     launch_speed: float = NAN
 
     @property
@@ -258,7 +252,7 @@ def stated_peaks(result: PassResult) -> Mapping[str, Peak]:
     return MappingProxyType(found | {name: peak for name, peak in result.peaks.items() if usable(name, peak)})
 
 
-def lost_contact(time: np.ndarray, x: np.ndarray, force: np.ndarray, static_load: float) -> list[Loss]:
+def lost_contact(time: np.ndarray, x: np.ndarray, force: np.ndarray, static_load: float) -> list[Flight]:
     """Phases (of one row or more) in which the force is below OPEN * static_load, from the first contact on.
 
     time, x, force : (n,) [s, m, N]; rows with an unknown force (NaN) neither lose nor keep contact and end a phase.
@@ -270,7 +264,7 @@ def lost_contact(time: np.ndarray, x: np.ndarray, force: np.ndarray, static_load
     lost[: touching[0]] = False
     edges = np.diff(np.concatenate([[0], lost.astype(int), [0]]))
     starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
-    return [Loss(x[i], x[k], time[i], time[k]) for i, k in zip(starts, ends)]
+    return [Flight(x[i], x[k], time[i], time[k]) for i, k in zip(starts, ends)]
 
 
 def flights(result: PassResult) -> list[Flight]:
@@ -279,10 +273,7 @@ def flights(result: PassResult) -> list[Flight]:
     time, height = rows["time"], rows["wheel_height"]
     losses = lost_contact(time, rows["x"], rows["force"], result.scene.static_wheel_load)
     speed = np.gradient(height, time) if len(time) > 2 else np.full(len(time), NAN)
-    return [
-        Flight(loss.x_start, loss.x_end, loss.start, loss.end, float(speed[np.searchsorted(time, loss.start)]))
-        for loss in losses
-    ]
+    return [replace(loss, launch_speed=float(speed[np.searchsorted(time, loss.start)])) for loss in losses]
 
 
 def longest_flight(result: PassResult) -> Flight:

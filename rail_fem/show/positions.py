@@ -19,12 +19,8 @@ def mark_positions(axes, result: PassResult, label: bool = True) -> None:
     history = result.history
     losses = lost_contact(history["time"], history["x"], history["force"], result.scene.static_wheel_load)
     for i, loss in enumerate(losses):
-        total = sum(one.end - one.start for one in losses)
-        longest = max(losses, key=lambda one: abs(one.x_end - one.x_start))
-        text = words(
-            f"no contact: {len(losses)} time(s), {total * 1e3:.3g} ms in all, longest"
-            f" {abs(longest.x_end - longest.x_start) * 1e3:.3g} mm"
-        )
+        total, longest = 1e3 * sum(one.duration for one in losses), 1e3 * max(one.length for one in losses)
+        text = words(f"no contact: {len(losses)} time(s), {total:.3g} ms in all, longest {longest:.3g} mm")
         look = {"color": ORANGE, "alpha": 0.35, "lw": 1, "zorder": 0.5, "label": text if i == 0 else "_nolegend_"}
         axes.axvspan(1e3 * loss.x_start, 1e3 * loss.x_end, **look)
     time, x = settling_end(result)
