@@ -196,10 +196,6 @@ class Limits:
     operations: float
     bytes: float
 
-    def updates(self, operations: float, moved: float) -> tuple[float, float]:
-        """Updates per second that each limit allows, for so many operations and bytes an update."""
-        return self.operations / operations, self.bytes / moved
-
 
 @njit(cache=True, fastmath=True, error_model="numpy")
 def multiply_add(y, a, b, repeats):
@@ -271,7 +267,7 @@ def kernel_table(effort: Effort) -> Table:
     bounds = {}
     for kernel, name in NAMES.items():
         moved = bytes_of_update(structure_of(bent if kernel == "rings" else domain, kernel))
-        allowed = limits.updates(OPERATIONS[kernel], moved)
+        allowed = limits.operations / OPERATIONS[kernel], limits.bytes / moved
         bounds[name] = [OPERATIONS[kernel], moved, *(1e-6 * rate for rate in allowed)]
     rows = [[name, *own, *bounds.get(name, ["-"] * 4)] for name, own in rates.items()]
     cost = contact_cost(effort.facets, effort)
