@@ -18,7 +18,6 @@ from rail_fem.settings.damage import DamageSettings
 
 SCHEMA_FILE = "rail-fem.schema.json"
 DRAFT = "http://json-schema.org/draft-07/schema#"  # that editors of TOML read
-WITH_UNIT = r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*[^\s\d].*$"
 
 
 def case_schema() -> dict[str, Any]:
@@ -87,7 +86,7 @@ def _key(entry: Any, made: dict[str, Any], definitions: dict[str, Any]) -> dict[
     quantity = quantity_of(entry)
     if quantity is None:
         return _plain(entry, made)
-    one = _quantity(quantity)
+    one = quantity.file_schema()
     listed = "array" in str(made)
     default = entry.default if isinstance(entry.default, float) else None
     told: dict[str, str | float] = {
@@ -96,12 +95,6 @@ def _key(entry: Any, made: dict[str, Any], definitions: dict[str, Any]) -> dict[
     if default is not None:
         told["default"] = quantity.show(default) if quantity.unit else default
     return ({"type": "array", "items": one} if listed else one) | told
-
-
-def _quantity(quantity: Any) -> dict[str, Any]:
-    if quantity.unit:
-        return {"type": "string", "pattern": WITH_UNIT, "examples": [f"{quantity.low:g} {quantity.unit}"]}
-    return {"anyOf": [{"type": "number", "minimum": quantity.low, "maximum": quantity.high}, {"type": "string"}]}
 
 
 def _default_words(entry: Any, quantity: Any) -> str:

@@ -18,6 +18,7 @@ MOST_FACTORS, LARGEST_EXPONENT = 8, 4
 NUMBER_THEN_UNIT = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)(?![a-z]))\s*(.*?)\s*", re.IGNORECASE
 )
+WITH_UNIT = r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*[^\s\d].*$"  # as editors look at it
 NAME = re.compile(r"[^\W\d]+|[%\u00b0]")
 FACTOR = re.compile(
     rf"\s*(?P<sign>[*/\u00b7]?)\s*(?P<name>(?:{NAME.pattern}))(?:\s*(?:\^|\*\*)\s*(?P<power>[+-]?\d(?:\.5)?)|(?P<raised>[\u00b2\u00b3]))?(?![\w.^])\s*"
@@ -247,10 +248,11 @@ class Quantity:
         own = core_schema.with_info_plain_validator_function(self._validate)
         return core_schema.nullable_schema(own) if NoneType in get_args(source) else own
 
+    def file_schema(self) -> dict[str, Any]:
+        """JSON Schema of a value in a case file: text with a unit where the field has one, else a number, too."""
+        if self.unit:
+            return {"type": "string", "pattern": WITH_UNIT, "examples": [f"{self.low:g} {self.unit}"]}
+        return {"anyOf": [{"type": "number", "minimum": self.low, "maximum": self.high}, {"type": "string"}]}
+
     def __get_pydantic_json_schema__(self, schema: core_schema.CoreSchema, handler: Any) -> dict[str, Any]:
-        """A case file's: text with a unit where the field has one, else a number, too."""
-        choices: list[dict[str, Any]] = [{"type": "string", "examples": [f"{self.low:g} {self.unit}".strip()]}]
-        if not self.unit:
-            choices.insert(0, {"type": "number", "minimum": self.low, "maximum": self.high})
-        about = {"description": f"{self.meaning}, {self.range()}"}
-        return (choices[0] if len(choices) == 1 else {"anyOf": choices}) | about
+        return self.file_schema() | {"description": f"{self.meaning}, {self.range()}"}
