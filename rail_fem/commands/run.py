@@ -73,9 +73,8 @@ def run(
     explain("\n".join([f"case {mark}", *(f"{key} {value}" for key, value in versions().items())]))
     if expected and expected != mark:
         stop(f"{case}: the case or its profile file has changed since it was read for this run: start again")
-    with refusing(JobError):
-        with aside():
-            fault = run_case(loaded, name, out, restart, overwrite, tell)
+    with refusing(JobError), aside():
+        fault = run_case(loaded, name, out, restart, overwrite, tell)
     emit({"folder": str(out), **_saved(out, fault)})
     if fault:
         explain(_trace(out))

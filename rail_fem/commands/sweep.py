@@ -118,12 +118,11 @@ def sweep(
         say(str(write_array(jobs, out, array, ranks, limit, own_words(context))))
         return
     by = Workers(workers, pool, tries, limit)
-    with aside(), last_words(lambda: AGAIN):
-        with refusing(PoolError):
-            outcomes = run_sweep(jobs, ranks, tell, by)
-            better, proofs = ("", []) if rows is None or one else to_prove(rows, found, outcomes)
-            proofs = [by_each(case, better) for case in proofs]
-            outcomes += run_sweep(jobs_of(proofs, out, [better]), ranks, tell, by) if proofs else []
+    with aside(), last_words(lambda: AGAIN), refusing(PoolError):
+        outcomes = run_sweep(jobs, ranks, tell, by)
+        better, proofs = ("", []) if rows is None or one else to_prove(rows, found, outcomes)
+        proofs = [by_each(case, better) for case in proofs]
+        outcomes += run_sweep(jobs_of(proofs, out, [better]), ranks, tell, by) if proofs else []
     told = report = sweep_report(outcomes, faults)
     if rows is not None:
         table = write_rows(rows, outcomes, out)
