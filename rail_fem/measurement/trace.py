@@ -52,10 +52,10 @@ class Sensor:
         """What it records of a pass. Errors: RecordError where it has no place there; those of the model."""
         table = contact_table(scene, *settings.window(scene), settings.path_spacing)
         run = run_pass(scene, settings, contacts_of(scene, settings, table))
-        values = np.diff(self._velocity(run, scene)) / run.step
+        values = np.diff(self._velocity(run)) / run.step
         return Record(self.quantity, run.x, values, 1 / run.step, "rigid_hertz")
 
-    def _velocity(self, run: LightPass, scene: Scene) -> np.ndarray:
+    def _velocity(self, run: LightPass) -> np.ndarray:
         """(m + 1,) at the ends of the steps [m/s]."""
         motion, beam = run.motion, run.beam
         if self.quantity == "axle_box_acceleration":

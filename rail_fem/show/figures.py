@@ -61,14 +61,9 @@ def titles(result: PassResult) -> list[str]:
         "passes": result.passes,
         "energies": any(np.isfinite(result.history[column]).any() for column in LINES),
         **dict.fromkeys(FIELDS, explicit),
-        **dict.fromkeys(STRAIN, explicit or resolves_strain(result)),
+        **dict.fromkeys(STRAIN, explicit or any(name.startswith("plastic_strain") for name in result.peaks)),
     }
     return [title for title, there in has.items() if there]
-
-
-def resolves_strain(result: PassResult) -> bool:
-    """Whether the result names a plastic strain."""
-    return any(name.startswith("plastic_strain") for name in result.peaks)
 
 
 def field_figures(folder: Path, result: PassResult, name: str, wanted: Sequence[str] = FIELDS) -> dict[str, Figure]:

@@ -132,7 +132,7 @@ def summary_figure(
         errors = {model: told(model, measure.bar, 0.0) for model in models}
         reach = highest([np.add(bars[model], errors[model]).tolist() for model in models if model not in ROUGH])
         legend, marks = (published or {}).get(words, ("", {}))
-        top = 1.3 * highest([*(bars[m] for m in models if m not in ROUGH), [*marks.values()]] or [*bars.values()])
+        top = 1.3 * highest([*(bars[m] for m in models if m not in ROUGH), [*marks.values()]])
         top = max(top, 1.05 * reach)
         for k, (model, values) in enumerate(bars.items()):
             if np.isfinite(values).any():
