@@ -14,11 +14,12 @@ from rail_fem.settings.light import BemPlasticSettings, PassSettings, unfit_part
 
 
 def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> list[str]:
-    """Parts of the scene that the model does not take, no track mass under light models, a wheel's body that cannot be, too little memory, more ranks
-    than cells, mass scaling that no body allows, a window that leaves the crossing or settles across a transfer, a
-    wheelset that cannot begin on the diverging route, too few bearers, a travelling window that is too short, elements
-    too large for it, error bars that were never calibrated, a mesh of one's own that cannot be run, what a graphics
-    card does not take, cells of the plastic half-space beyond what it takes; one line each with the remedy."""
+    """Parts of the scene that the model does not take, no track mass under light models, a wheel's body that cannot be,
+    too little memory, more ranks than cells, mass scaling that no body allows, a window that leaves the crossing or
+    settles across a transfer, a wheelset that cannot begin on the diverging route, too few bearers, a travelling window
+    that is too short, elements too large for it, error bars that were never calibrated, a mesh of one's own that cannot
+    be run, what a graphics card does not take, cells of the plastic half-space beyond what it takes; one line each with
+    the remedy."""
     if unfit := unfit_parts(scene, asked):
         return [f"run.{model}: {error}" for error in unfit]
     try:
