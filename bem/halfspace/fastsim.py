@@ -34,7 +34,7 @@ from bem.creepage import LocalCreepage
 from bem.exact.kalker import CreepageCoefficients
 from bem.exact.kalker_table import coefficients
 from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
-from bem.halfspace.input import check_creepage, check_friction
+from bem.halfspace.input import check_creepage, check_friction, check_rolling, contact_bounds
 from bem.halfspace.slip_dependent_friction import LEAST, SlipDependentFriction, share_after, sliding_share
 from bem.material import Elastic, Pair
 from bem.patch import ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
@@ -142,13 +142,10 @@ def fastsim(
     """
     if bound not in ("parabolic", "elliptic"):
         raise ContactInputError(f"bound {bound!r}: give 'parabolic' or 'elliptic'")
-    if direction not in (1, -1):
-        raise ContactInputError(f"direction {direction!r}: give +1 or -1")
-    if not 0 < initial_slope <= 1:
-        raise ContactInputError(f"initial_slope {initial_slope!r}: give a part of Kalker's slope above 0, at most 1")
+    check_rolling(direction, initial_slope)
     started = time.perf_counter()
     law = friction if isinstance(friction, SlipDependentFriction) else SlipDependentFriction.constant(friction)
-    reach = patch.grid.edges if not patch.contact.any() else _centres(patch)
+    reach = contact_bounds(patch)
     notes = check_friction(law.static) + check_creepage(creepage, reach)
     pair = Pair.of(upper, lower)
     solve = lambda grid, pressure: _tractions(grid, pressure, pair, law, creepage, bound, direction, initial_slope)
@@ -168,11 +165,6 @@ def fastsim(
         warnings=patch.warnings + notes,
         local_creepage=creepage if isinstance(creepage, LocalCreepage) else None,
     )
-
-
-def _centres(patch: Patch) -> tuple[float, float, float, float]:
-    x, y = (positions[patch.contact] for positions in patch.grid.points())
-    return float(x.min()), float(x.max()), float(y.min()), float(y.max())
 
 
 def _tractions(

@@ -11,7 +11,7 @@ import numpy as np
 from bem.checks import is_finite
 from bem.creepage import LocalCreepage
 from bem.material import Elastic
-from bem.patch import ContactInputError, Creepage, Grid, PatchCutError
+from bem.patch import ContactInputError, Creepage, Grid, Patch, PatchCutError
 
 # Rigid slip above this share of the rolling speed is no rolling; above the second it deserves a look at the units.
 _IMPOSSIBLE_SLIP = 1.0
@@ -73,6 +73,22 @@ def check_control(load: float | None, approach: float | None) -> None:
         raise ContactInputError(f"load = {load!r} N: must be a finite number >= 0; a contact carries no tension")
     if approach is not None and not is_finite(approach):
         raise ContactInputError(f"approach = {approach!r} m: must be a finite number")
+
+
+def check_rolling(direction: int, initial_slope: float = 1.0) -> None:
+    """Refuses a direction that is not along x, and a part of Kalker's slope that is none."""
+    if direction not in (1, -1):
+        raise ContactInputError(f"direction {direction!r}: give +1 or -1")
+    if not 0 < initial_slope <= 1:
+        raise ContactInputError(f"initial_slope {initial_slope!r}: give a part of Kalker's slope above 0, at most 1")
+
+
+def contact_bounds(patch: Patch) -> tuple[float, float, float, float]:
+    """Bounds of the cells in contact [m]; of the grid where none is."""
+    if not patch.contact.any():
+        return patch.grid.edges
+    x, y = patch.grid.x[patch.contact.any(axis=1)], patch.grid.y[patch.contact.any(axis=0)]
+    return float(x[0]), float(x[-1]), float(y[0]), float(y[-1])
 
 
 def check_friction(friction: float) -> tuple[str, ...]:

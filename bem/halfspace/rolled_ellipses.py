@@ -22,7 +22,7 @@ from bem.halfspace.fastsim import (
     sliding_flexibility,
     strip_rates,
 )
-from bem.halfspace.input import check_creepage, check_friction
+from bem.halfspace.input import check_creepage, check_friction, check_rolling
 from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import Elastic, Pair
 from bem.patch import ContactInputError, Creepage, Grid, Patch
@@ -162,20 +162,9 @@ def rolled_ellipses(
     traction, slip, stick = np.zeros((*shape, 2)), np.zeros((*shape, 2)), np.zeros(shape, bool)
     labels, _ = ndimage.label(unit.pressure > 0, structure=np.ones((3, 3)))
     paraboloid = unit.pressure**2 * (unit.pressure.sum() / (unit.pressure**2).sum())
-    _march_all(
-        unit.pressure**2,
-        paraboloid,
-        law.static * load / semi.prod(axis=1),
-        law.law,
-        labels,
-        _rates(unit, semi, Pair.of(first, second), creepage, initial_slope, strips),
-        semi,
-        (unit.grid.x, unit.grid.y),
-        direction,
-        traction,
-        slip,
-        stick,
-    )
+    rates = _rates(unit, semi, Pair.of(first, second), creepage, initial_slope, strips)
+    bounds, centres = (paraboloid, law.static * load / semi.prod(axis=1)), (unit.grid.x, unit.grid.y)
+    _march_all(unit.pressure**2, *bounds, law.law, labels, rates, semi, centres, direction, traction, slip, stick)
     area = covered_area(unit.grid, unit.pressure) * semi.prod(axis=1)
     empty = load == 0
     slip[empty], stick[empty], area[empty] = 0.0, False, 0.0
@@ -183,10 +172,7 @@ def rolled_ellipses(
 
 
 def _check(semi, load, creepage, law, direction, initial_slope) -> None:
-    if direction not in (1, -1):
-        raise ContactInputError(f"direction {direction!r}: give +1 or -1")
-    if not 0 < initial_slope <= 1:
-        raise ContactInputError(f"initial_slope {initial_slope!r}: give a part of Kalker's slope above 0, at most 1")
+    check_rolling(direction, initial_slope)
     good = np.isfinite(semi).all(axis=1) & (semi > 0).all(axis=1) & np.isfinite(load) & (load >= 0)
     if not good.all():
         k = int(np.argmin(good))

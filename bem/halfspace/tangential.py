@@ -19,7 +19,7 @@ from bem.creepage import LocalCreepage
 from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
 from bem.halfspace.friction import FrictionSolution, TangentialOperator, solve_friction
 from bem.halfspace.influence import backward, forward, kernel_spectrum, padded_shape
-from bem.halfspace.input import check_creepage, check_force, check_friction, check_shift
+from bem.halfspace.input import check_creepage, check_force, check_friction, check_rolling, check_shift, contact_bounds
 from bem.halfspace.pressure import NormalOperator, solve_pressure
 from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
@@ -90,15 +90,15 @@ def rolling_contact(
     >>> 0.0 < abs(float(rolled.tangential_force[0])) < 0.3 * 50e3  # [N]
     True
     """
-    if direction not in (1, -1):
-        raise ContactInputError(f"direction {direction!r}: give +1 or -1")
+    check_rolling(direction)
     if isinstance(creepage, LocalCreepage) and force[1] is not None:
         raise ContactInputError(
             f"lateral force {force[1]!r} N with strips of their own normals: each takes another part of a lateral slip;"
             " give the creepages, and look for the motion that gives the force"
         )
-    notes = check_friction(friction) + check_creepage(creepage, _bounds(patch))
-    return _solve(patch, Pair.of(upper, lower), friction, creepage, force, None, direction, tolerance, estimate, notes)
+    notes = check_friction(friction) + check_creepage(creepage, contact_bounds(patch))
+    problem = _Problem.of(patch, Pair.of(upper, lower), friction, creepage, force, True, tolerance)
+    return _solve(patch, problem, direction, estimate, patch.method == HALF_SPACE, notes)
 
 
 @renamed(first="upper", second="lower")
@@ -161,22 +161,19 @@ def shift_contact(
     if previous is not None and (previous.grid != patch.grid or previous.traction is None):
         raise ContactInputError("previous: needs a patch with tractions on the same grid")
     notes = check_friction(friction)
-    check_shift(shift, _bounds(patch))
-    return _solve(patch, Pair.of(upper, lower), friction, shift, force, previous, 0, tolerance, estimate, notes)
-
-
-def _bounds(patch: Patch) -> tuple[float, float, float, float]:
-    """Bounds of the cells in contact [m]; of the grid where none is."""
-    if not patch.contact.any():
-        return patch.grid.edges
-    x, y = patch.grid.x[patch.contact.any(axis=1)], patch.grid.y[patch.contact.any(axis=0)]
-    return float(x[0]), float(x[-1]), float(y[0]), float(y[-1])
+    check_shift(shift, contact_bounds(patch))
+    problem = _Problem.of(patch, Pair.of(upper, lower), friction, shift, force, False, tolerance)
+    if previous is not None:
+        before = np.moveaxis(previous.traction, -1, 0)
+        problem = replace(problem, traction_before=before, pressure_before=previous.pressure)
+    return _solve(patch, problem, 1, estimate, patch.method == HALF_SPACE and previous is None, notes)
 
 
 @dataclass
 class _Problem:
-    """One tangential problem on one grid, rolling towards +x (direction 1), or a shift (0)."""
+    """One tangential problem on one grid, rolling towards +x, or a shift."""
 
+    pair: Pair
     grid: Grid
     gap: np.ndarray | None
     pressure: np.ndarray
@@ -185,43 +182,28 @@ class _Problem:
     motion: Creepage | LocalCreepage
     force: Force
     rolling: bool
-    traction_before: np.ndarray | None
-    pressure_before: np.ndarray | None
+    tolerance: float
+    traction_before: np.ndarray | None = None
+    pressure_before: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, patch: Patch, pair: Pair, friction: float, motion, force: Force, rolling: bool, tolerance: float):
+        """On a patch; refuses a force that friction cannot carry."""
+        check_force((force[0], force[1]), friction * patch.normal_force)
+        place = patch.grid, patch.gap, patch.pressure, patch.approach
+        return cls(pair, *place, friction, motion, (force[0], force[1]), rolling, tolerance)
 
 
 def _solve(
-    patch: Patch,
-    pair: Pair,
-    friction: float,
-    motion: Creepage | LocalCreepage,
-    force: Force,
-    previous: Patch | None,
-    direction: int,
-    tolerance: float,
-    estimate: bool,
-    notes: tuple[str, ...],
+    patch: Patch, problem: _Problem, direction: int, estimate: bool, own_pressure: bool, notes: tuple[str, ...]
 ) -> Patch:
-    started = time.perf_counter()
-    force = force[0], force[1]
-    check_force(force, friction * patch.normal_force)
-    problem = _Problem(
-        patch.grid,
-        patch.gap,
-        patch.pressure,
-        patch.approach,
-        friction,
-        motion,
-        force,
-        direction != 0,
-        *(_before(previous)),
-    )
+    started, friction, motion = time.perf_counter(), problem.friction, problem.motion
     if direction < 0:
         problem = _mirrored(problem)
-    solution, turned, turns = _turns(problem, pair, tolerance)
-    own = patch.method == HALF_SPACE and previous is None
-    error = _estimate(problem, solution, turned, pair, patch.error, tolerance, own) if estimate else patch.error
-    found = solution.rigid * [1 if direction >= 0 else -1, 1]
-    notes += _convergence_notes(solution, turns, tolerance)
+    solution, turned, turns = _turns(problem)
+    error = _estimate(problem, solution, turned, patch.error, own_pressure) if estimate else patch.error
+    found = solution.rigid * [direction, 1]
+    notes += _convergence_notes(solution, turns, problem.tolerance)
     if estimate and np.isnan(error.tangential_force) and solution.traction.any():
         notes += (
             f"error of the tangential force not estimated: the patch is under {2 * _COARSEST_CELLS} cells across;"
@@ -232,27 +214,12 @@ def _solve(
             solution, traction=_flip(solution.traction), slip=_flip(solution.slip), stick=solution.stick[::-1]
         )
         turned = replace(turned, pressure=turned.pressure[::-1])
-    moved, (_, _, low, high) = motion.added(*map(float, found)), _bounds(patch)
-    return Patch(
-        patch.grid,
-        patch.gap,
-        turned.pressure,
-        turned.approach,
-        patch.method,
-        _last(solution.traction),
-        _last(solution.slip),
-        solution.stick,
-        friction,
-        moved.about((low + high) / 2),
-        patch.cost + Cost(time.perf_counter() - started, solution.iterations, 2 * solution.iterations + 1),
-        error,
-        patch.warnings + notes,
-        moved if isinstance(moved, LocalCreepage) else None,
-    )
-
-
-def _before(previous: Patch | None):
-    return (None, None) if previous is None else (np.moveaxis(previous.traction, -1, 0), previous.pressure)
+    moved, (_, _, low, high) = motion.added(*map(float, found)), contact_bounds(patch)
+    cost = patch.cost + Cost(time.perf_counter() - started, solution.iterations, 2 * solution.iterations + 1)
+    fields = _last(solution.traction), _last(solution.slip), solution.stick, friction, moved.about((low + high) / 2)
+    local = moved if isinstance(moved, LocalCreepage) else None
+    normal = patch.grid, patch.gap, turned.pressure, turned.approach, patch.method
+    return Patch(*normal, *fields, cost, error, patch.warnings + notes, local)
 
 
 def _last(field: np.ndarray) -> np.ndarray:
@@ -265,15 +232,13 @@ def _flip(field: np.ndarray) -> np.ndarray:
 
 
 def _mirrored(problem: _Problem) -> _Problem:
-    grid, motion = problem.grid, problem.motion
     x_force = None if problem.force[0] is None else -problem.force[0]
-    gap = None if problem.gap is None else problem.gap[::-1]
     return replace(
         problem,
-        grid=replace(grid, x_first=-grid.x[-1]),
-        gap=gap,
+        grid=replace(problem.grid, x_first=-problem.grid.x[-1]),
+        gap=None if problem.gap is None else problem.gap[::-1],
         pressure=problem.pressure[::-1],
-        motion=motion.mirrored(),
+        motion=problem.motion.mirrored(),
         force=(x_force, problem.force[1]),
     )
 
@@ -293,11 +258,12 @@ def _rigid_slip(problem: _Problem) -> np.ndarray:
     return problem.motion.rigid_slip(x, y)
 
 
-def _turns(problem: _Problem, pair: Pair, tolerance: float) -> tuple[FrictionSolution, _Problem, int]:
+def _turns(problem: _Problem) -> tuple[FrictionSolution, _Problem, int]:
     """Tangential problem; for unlike materials normal and tangential problem in turn. Returns the turns taken, or
     -1."""
+    pair = problem.pair
     if pair.coupling == 0 or problem.friction == 0:
-        return _tangential(problem, pair, None, None, tolerance), problem, 1
+        return _tangential(problem), problem, 1
     if problem.gap is None:
         raise ContactInputError(
             "unlike materials: the normal problem is solved anew, so the patch must carry its gap (normal_contact)"
@@ -305,10 +271,10 @@ def _turns(problem: _Problem, pair: Pair, tolerance: float) -> tuple[FrictionSol
     coupling = CouplingOperator(problem.grid, pair)
     operator = NormalOperator(problem.grid, pair)
     load = problem.pressure.sum() * problem.grid.cell_area
-    solution = _tangential(problem, pair, coupling, None, tolerance)
+    solution = _tangential(problem, coupling)
     for turn in range(1, _MAX_TURNS + 1):
         if turn > 1:
-            again = _tangential(problem, pair, coupling, solution, tolerance)
+            again = _tangential(problem, coupling, solution)
             solution = replace(again, iterations=solution.iterations + again.iterations)
         if not (problem.pressure > 0).any():
             return solution, problem, turn
@@ -317,27 +283,21 @@ def _turns(problem: _Problem, pair: Pair, tolerance: float) -> tuple[FrictionSol
         change = np.linalg.norm(normal.pressure - problem.pressure) / np.linalg.norm(normal.pressure)
         # the pressure that bounds these tractions, not the one that follows
         solved = replace(problem, approach=normal.approach)
-        if change < 10 * tolerance:
+        if change < 10 * problem.tolerance:
             return solution, solved, turn
         problem = replace(problem, pressure=normal.pressure, approach=normal.approach)
     return solution, solved, -1
 
 
 def _tangential(
-    problem: _Problem, pair: Pair, coupling: CouplingOperator | None, last: FrictionSolution | None, tolerance: float
+    problem: _Problem, coupling: CouplingOperator | None = None, last: FrictionSolution | None = None
 ) -> FrictionSolution:
     """Friction for the present pressure, on the box of the patch (of both steps' patches)."""
     box = _box(problem)
     shape = problem.grid.shape
-    grid = Grid(
-        problem.grid.x[box[0]][0],
-        problem.grid.y[box[1]][0],
-        problem.grid.dx,
-        problem.grid.dy,
-        box[0].stop - box[0].start,
-        box[1].stop - box[1].start,
-    )
-    operator = TangentialOperator(grid, pair, problem.rolling)
+    counts = (part.stop - part.start for part in box)
+    grid = Grid(problem.grid.x[box[0]][0], problem.grid.y[box[1]][0], problem.grid.dx, problem.grid.dy, *counts)
+    operator = TangentialOperator(grid, problem.pair, problem.rolling)
     slip = _rigid_slip(problem)
     if coupling is not None:
         before = 0.0 if problem.pressure_before is None else problem.pressure_before
@@ -348,13 +308,9 @@ def _tangential(
     bound = problem.friction * problem.pressure[box]
     along, across = (None if value is None else value / problem.grid.cell_area for value in problem.force)
     start = slide_start(operator, slip, bound) if last is None else last.traction[:, box[0], box[1]]
-    solution = solve_friction(operator, slip, bound, (along, across), start, tolerance)
-    return replace(
-        solution,
-        traction=_embed(solution.traction, box, shape),
-        slip=_embed(solution.slip, box, shape),
-        stick=_embed(solution.stick, box, shape),
-    )
+    solution = solve_friction(operator, slip, bound, (along, across), start, problem.tolerance)
+    embedded = {name: _embed(getattr(solution, name), box, shape) for name in ("traction", "slip", "stick")}
+    return replace(solution, **embedded)
 
 
 def slide_start(operator: TangentialOperator, slip: np.ndarray, bound: np.ndarray) -> np.ndarray:
@@ -409,13 +365,7 @@ class CouplingOperator:
 
 
 def _estimate(
-    problem: _Problem,
-    fine: FrictionSolution,
-    turned: _Problem,
-    pair: Pair,
-    error: ErrorEstimate,
-    tolerance: float,
-    own_pressure: bool,
+    problem: _Problem, fine: FrictionSolution, turned: _Problem, error: ErrorEstimate, own_pressure: bool
 ) -> ErrorEstimate:
     """The same problem at doubled and at fourfold cell sides; own_pressure: the patch is this half-space's, so that
     they have theirs."""
@@ -428,10 +378,10 @@ def _estimate(
     quantity = lambda solution: solution.rigid if given else solution.traction.sum(axis=(1, 2))
     found, level = [quantity(fine)], turned if own_pressure else replace(turned, gap=None)
     for _ in range(2):
-        level = _coarsened(level, pair)
-        coupling = None if pair.coupling == 0 else CouplingOperator(level.grid, pair)
+        level = _coarsened(level)
+        coupling = None if level.pair.coupling == 0 else CouplingOperator(level.grid, level.pair)
         share = 1.0 if given else level.grid.cell_area / turned.grid.cell_area
-        found.append(quantity(_tangential(level, pair, coupling, None, tolerance)) * share)
+        found.append(quantity(_tangential(level, coupling)) * share)
     of_cells, doubled, fourfold = found
     bound = (
         _SHARE_ROLLING * error_bound(of_cells, doubled, fourfold, 1, edge_share(turned.pressure, FORCE_STAIRS))
@@ -445,7 +395,7 @@ def _estimate(
     )
 
 
-def _coarsened(problem: _Problem, pair: Pair) -> _Problem:
+def _coarsened(problem: _Problem) -> _Problem:
     """The problem at doubled cell sides; its pressure solved there where the gap is known, else means over the fine
     cells."""
     grid, before, gap = coarse_grid(problem.grid), problem.traction_before, problem.gap
@@ -453,7 +403,7 @@ def _coarsened(problem: _Problem, pair: Pair) -> _Problem:
     if gap is not None:
         gap = coarse_field(gap)
         pressure = solve_pressure(
-            NormalOperator(grid, pair), gap, pressure.sum() * grid.cell_area, start=pressure, tolerance=1e-5
+            NormalOperator(grid, problem.pair), gap, pressure.sum() * grid.cell_area, start=pressure, tolerance=1e-5
         ).pressure
     return replace(
         problem,

@@ -190,28 +190,14 @@ class BoundaryProblem:
         self._answers = self._solve(self._turn(resultants), self._turn(moved))
         self.centres = centres
 
-    def _turn(self, rows: np.ndarray, back: bool = False) -> np.ndarray:
-        """Rows (2n, m), x then y, in the components of the conditions (or back)."""
-        n = self.mesh.densities
-        normal = np.where(self.local[:, None], self.mesh.normals, [1.0, 0.0])
-        a, b = normal[:, :1], normal[:, 1:] * (-1 if back else 1)
-        return np.vstack([a * rows[:n] + b * rows[n:], -b * rows[:n] + a * rows[n:]])
-
-    def _turn_local(self, rows: np.ndarray) -> None:
-        """Turn rows (2n, m), x then y, of local densities into normal and tangential ones, in place."""
-        n = self.mesh.densities
-        for k in np.flatnonzero(self.local):
-            a, b = self.mesh.normals[k]
-            rows[k], rows[n + k] = a * rows[k] + b * rows[n + k], -b * rows[k] + a * rows[n + k]
-
-    def _turned_row(self, rows: np.ndarray, row: int) -> np.ndarray:
-        """One row (m,) of rows (2n, m), x then y, in the components of the conditions."""
-        n = self.mesh.densities
-        k = row % n
-        if not self.local[k]:
-            return rows[row]
-        a, b = self.mesh.normals[k]
-        return a * rows[k] + b * rows[n + k] if row < n else -b * rows[k] + a * rows[n + k]
+    def _turn(self, rows: np.ndarray, back: bool = False, out: np.ndarray | None = None) -> np.ndarray:
+        """Rows (2n, m), x then y, in the components of the conditions (or back); a copy, unless `out` is given."""
+        if not self.local.any():
+            return rows
+        out, k, n = rows.copy() if out is None else out, np.flatnonzero(self.local), self.mesh.densities
+        a, b = self.mesh.normals[k].T[..., None] * [[[1]], [[-1 if back else 1]]]
+        out[k], out[n + k] = a * rows[k] + b * rows[n + k], -b * rows[k] + a * rows[n + k]
+        return out
 
     def _factorise(self, free_modes: np.ndarray) -> None:
         n, f = self.mesh.densities, free_modes.shape[1]
@@ -222,10 +208,9 @@ class BoundaryProblem:
         matrix = np.zeros((2 * n + shift + f, 2 * n + shift + f))
         rows = matrix[: 2 * n, : 2 * n]
         resultant_matrix(self.mesh, self.material, rows)
-        self._turn_local(rows)
+        self._turn(rows, out=rows)
         rows /= length[:, None]
-        for row in np.flatnonzero(self._mask):
-            rows[row] = self._turned_row(self.displacement_at_middles, row) * self._stiffness
+        rows[self._mask] = self._turn(self.displacement_at_middles)[self._mask] * self._stiffness
         if self._anchored:
             modes = self._turn(rigid_modes(self.mesh.middles, self.center)[:, :2])
             matrix[: 2 * n, 2 * n : 2 * n + 2][self._mask] = modes[self._mask]  # the unknown is shift * stiffness

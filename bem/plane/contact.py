@@ -113,12 +113,6 @@ def contact_system(interface: Interface, carrier: CondensedBody, other: Condense
     return ContactSystem(interface.gap, compliance, turn, turn.T * np.r_[interface.mass, interface.mass])
 
 
-def _zero(control: Control) -> bool:
-    return bool(
-        control.loaded.any() and not np.nan_to_num(control.load).any() and not np.nan_to_num(control.motion).any()
-    )
-
-
 def _refuse_pull(control: Control, system: ContactSystem) -> None:
     load = np.nan_to_num(control.load)
     if load[:2].any() and not (load[:2] @ system.forces[:2, : system.nodes]).min() < 0:
@@ -132,7 +126,7 @@ def _march(
     n = system.nodes
     steps, before, state = [], np.zeros(n), start
     for control in controls:
-        if _zero(control):
+        if control.nothing:
             steps.append(
                 ContactState(
                     np.zeros(n), np.zeros(n), system.gap.copy(), before.copy(), np.zeros(n, int), np.zeros(3), 0
@@ -174,7 +168,7 @@ def _bring_into_contact(fixed: Body, moving: Body, controls: list[Control], reac
     Returns the body, the controls, the translation and the positions (m, 2) [m] where the bodies are nearest.
     """
     nothing = moving, controls, np.zeros(2), np.zeros((0, 2))
-    last = next((d for d in reversed(controls) if not _zero(d)), None)
+    last = next((d for d in reversed(controls) if not d.nothing), None)
     if last is None:
         return nothing
     by_load = bool(np.nan_to_num(last.load[:2]).any())
@@ -256,7 +250,7 @@ def solve_contact(
     clock = StageClock()
     reach = settings.reach or moving.outline.size / 2
     moving, controls, initial_approach, near = _bring_into_contact(fixed, moving, controls, reach)
-    greatest = max((d for d in controls if not _zero(d)), key=lambda d: np.nansum(np.abs(d.load)), default=None)
+    greatest = max((d for d in controls if not d.nothing), key=lambda d: np.nansum(np.abs(d.load)), default=None)
     patches = [] if greatest is None else estimate_patches(fixed, moving, greatest, friction, reach, near)
     clock.stop("zone")
     for _ in range(settings.rounds):

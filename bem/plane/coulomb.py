@@ -122,6 +122,12 @@ class Control:
         """(3,) bool: controlled by a load."""
         return np.isnan(self.motion)
 
+    @property
+    def nothing(self) -> bool:
+        """Whether it asks for no contact at all: a load of nothing, and no motion."""
+        asked = np.nan_to_num(self.load).any() or np.nan_to_num(self.motion).any()
+        return bool(self.loaded.any() and not asked)
+
 
 @dataclass(frozen=True)
 class ContactState:

@@ -217,7 +217,7 @@ class _Pressed:
         """Solve the contact with gaps and slips (2 n,) [m] added: states and densities. Returns its system."""
         n, contact = self.nodes, self.contact
         system = replace(contact.elastic.system, gap=contact.elastic.system.gap + opened[:n])
-        if self.nothing:
+        if self.control.nothing:
             zero = np.zeros(n)
             self.last = ContactState(zero, zero, system.gap, self.slip, np.full(n, OPEN), np.zeros(3), 0)
         else:
@@ -235,18 +235,10 @@ class _Pressed:
         self._prepare()
         system = self.press(self.opening @ plastic)
         strain = self.by_traction @ np.r_[self.last.pressure, self.last.shear]
-        if not tangent or self.nothing:
+        if not tangent or self.control.nothing:
             return strain, None
         answer, rows = traction_tangent(system, self.control, self.contact.friction, self.last.state)
         return strain, (self.by_traction @ answer, self.opening[rows])
-
-    @property
-    def nothing(self) -> bool:
-        """Whether the control asks for no contact at all."""
-        control = self.control
-        return bool(control.loaded.any()) and not (
-            np.nan_to_num(control.load).any() or np.nan_to_num(control.motion).any()
-        )
 
 
 def traction_tangent(
