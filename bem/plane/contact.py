@@ -127,11 +127,7 @@ def _march(
     steps, before, state = [], np.zeros(n), start
     for control in controls:
         if control.nothing:
-            steps.append(
-                ContactState(
-                    np.zeros(n), np.zeros(n), system.gap.copy(), before.copy(), np.zeros(n, int), np.zeros(3), 0
-                )
-            )
+            steps.append(ContactState.apart(system.gap.copy(), before.copy()))
             continue
         _refuse_pull(control, system)
         step = solve_step(system, control, friction, before, state)
@@ -288,15 +284,8 @@ def _solve_on_mesh(fixed, moving, controls, friction, settings, patches, reach, 
     pillar, mover = (CondensedBody(body, mesh, settings.memory_limit) for body, mesh in zip((fixed, moving), meshes))
     clock.stop("factorise")
     slave, master = (mover, pillar) if carrier == "moving" else (pillar, mover)
-    interface = pair(
-        slave.mesh,
-        slave.body.face,
-        master.mesh,
-        master.body.face,
-        master.body.outline,
-        reach,
-        _share(slave.body, master.body),
-    )
+    faces = slave.mesh, slave.body.face, master.mesh, master.body.face, master.body.outline
+    interface = pair(*faces, reach, _share(slave.body, master.body))
     system = contact_system(interface, slave, master, 1 if carrier == "moving" else -1)
     clock.stop("condense")
     start = np.full(system.nodes, OPEN)

@@ -141,6 +141,12 @@ class ContactState:
     motion: np.ndarray
     iterations: int
 
+    @classmethod
+    def apart(cls, gap: np.ndarray, slip: np.ndarray) -> ContactState:
+        """Bodies that do not touch."""
+        none = np.zeros((2, len(gap)))
+        return cls(*none, gap, slip, np.full(len(gap), OPEN), np.zeros(3), 0)
+
 
 def _solve_regular(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solution of a linear system; LinAlgError when it is singular to round-off."""

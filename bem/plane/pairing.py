@@ -245,17 +245,9 @@ def pair(
     nodes = candidates[chosen]
     opposite = begin[feet.segment] + feet.fraction[:, None] * (end - begin)[feet.segment]
     on_slave = _own_cells(slave, nodes)
-    position = _element_feet(slave, nodes, chain, begin, end, reach)
-    return Interface(
-        nodes,
-        slave.middles[nodes],
-        normals[chosen],
-        on_slave.sum(axis=0),
-        gap[chosen],
-        opposite[chosen],
-        _two_axes(on_slave),
-        _two_axes(_transfer(slave, nodes, chain, position)),
-    )
+    on_master = _transfer(slave, nodes, chain, _element_feet(slave, nodes, chain, begin, end, reach))
+    facing = normals[chosen], on_slave.sum(axis=0), gap[chosen], opposite[chosen]
+    return Interface(nodes, slave.middles[nodes], *facing, _two_axes(on_slave), _two_axes(on_master))
 
 
 def _element_feet(

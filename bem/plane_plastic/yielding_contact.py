@@ -218,8 +218,7 @@ class _Pressed:
         n, contact = self.nodes, self.contact
         system = replace(contact.elastic.system, gap=contact.elastic.system.gap + opened[:n])
         if self.control.nothing:
-            zero = np.zeros(n)
-            self.last = ContactState(zero, zero, system.gap, self.slip, np.full(n, OPEN), np.zeros(3), 0)
+            self.last = ContactState.apart(system.gap, self.slip)
         else:
             try:
                 last = solve_step(system, self.control, contact.friction, self.slip - opened[n:], self.state)

@@ -35,8 +35,7 @@ class PrismSection:
     def __init__(self, mesh: BoundaryMesh, material: Elastic, held: np.ndarray, targets: np.ndarray) -> None:
         check_memory(3 * mesh.densities, MEMORY_LIMIT)
         self.mesh, self.material, self.held, self.targets = mesh, material, held, targets
-        self._start = mesh.vertices
-        self._step = mesh.vertices[mesh.following] - mesh.vertices
+        self._elements = mesh.vertices, mesh.vertices[mesh.following] - mesh.vertices, mesh.first, mesh.last
         self._plane_resultants()
         points = np.vstack([mesh.middles[held], targets])
         self._plane_points = points
@@ -44,36 +43,24 @@ class PrismSection:
         self._plane_log = hat_displacements(points, mesh)[0]
 
     def _plane_resultants(self) -> None:
-        mesh = self.mesh
+        mesh, (start, step, first, last) = self.mesh, self._elements
         integrals = cell_integrals(mesh)
         self._in_plane = resultant_map(integrals, self.material)
         self._along = -integrals.angle / (2 * np.pi)
-        self._path_points = np.vstack([self._start + 0.25 * self._step, self._start + 0.75 * self._step])
-        normal = np.column_stack([self._step[:, 1], -self._step[:, 0]]) / mesh.lengths[:, None]
-        self._path_normals, self._path_widths = np.vstack([normal, normal]), np.r_[mesh.lengths, mesh.lengths] / 2
-        self._path_cells = np.r_[mesh.first, mesh.last]
-        log = hat_displacements(self._path_points, mesh)[0]
+        points = np.vstack([start + 0.25 * step, start + 0.75 * step])
+        normal = np.column_stack([step[:, 1], -step[:, 0]]) / mesh.lengths[:, None]
+        normals, widths, cells = np.vstack([normal, normal]), np.r_[mesh.lengths, mesh.lengths] / 2, np.r_[first, last]
+        self._paths = points, normals, widths, cells
+        log = hat_displacements(points, mesh)[0]
         self._log_cells = np.zeros((2, mesh.densities, mesh.densities))
-        for into, normals in zip(self._log_cells, self._path_normals.T):
-            np.add.at(into, self._path_cells, log * (self._path_widths * normals)[:, None])
+        for into, along in zip(self._log_cells, normals.T):
+            np.add.at(into, cells, log * (widths * along)[:, None])
 
     def _resultants(self, wavenumber: float) -> np.ndarray:
         """Resultant of the traction's amplitude over each cell (3n, 3n) [m] of the densities."""
-        mesh, n, nu = self.mesh, self.mesh.densities, self.material.poisson
+        n, nu = self.mesh.densities, self.material.poisson
         blocks = np.zeros((3, 3, n, n))
-        add_wave_resultants(
-            self._path_points,
-            self._path_normals,
-            self._path_widths,
-            self._path_cells,
-            self._start,
-            self._step,
-            mesh.first,
-            mesh.last,
-            wavenumber,
-            nu,
-            blocks,
-        )
+        add_wave_resultants(*self._paths, *self._elements, wavenumber, nu, blocks)
         logs = wavenumber * (1 - 1 / (2 * (1 - nu))) * self._log_cells
         blocks[2, :2] += logs
         blocks[:2, 2] += logs
@@ -84,18 +71,9 @@ class PrismSection:
 
     def _displacements(self, wavenumber: float) -> np.ndarray:
         """Displacement amplitude (3, m, 3n) [m/Pa] of held middles and targets under the densities."""
-        mesh, n, m = self.mesh, self.mesh.densities, len(self._plane_points)
+        n, m = self.mesh.densities, len(self._plane_points)
         blocks = np.zeros((3, 3, m, n))
-        add_wave_displacement(
-            self._plane_points,
-            self._start,
-            self._step,
-            mesh.first,
-            mesh.last,
-            wavenumber,
-            self.material.poisson,
-            blocks,
-        )
+        add_wave_displacement(self._plane_points, *self._elements, wavenumber, self.material.poisson, blocks)
         rows = blocks.transpose(0, 2, 1, 3).reshape(3, m, 3 * n)
         rows[2, :, 2 * n :] -= self._plane_log
         rows /= 2 * np.pi * self.material.shear

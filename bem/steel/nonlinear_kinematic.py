@@ -87,16 +87,8 @@ class NonlinearKinematic:
 
 def law_of(law: NonlinearKinematic, shear: float) -> CyclicLaw:
     """The constants as the compiled step takes them; of the volume it asks nothing."""
-    return CyclicLaw(
-        shear,
-        np.nan,
-        law.first_yield,
-        float(law.hardening),
-        float(law.hardening_rate),
-        law.modulus,
-        law.recovery,
-        law.mixing,
-    )
+    isotropic = law.first_yield, float(law.hardening), float(law.hardening_rate)
+    return CyclicLaw(shear, np.nan, *isotropic, law.modulus, law.recovery, law.mixing)
 
 
 @njit(cache=True)

@@ -197,14 +197,8 @@ def _loft(name, body, stations, curves, sizes, sideways):
     ]
     carried = [*before, *design[low : high + 1], *after]
     chain = _chain(len(before), len(after), first - low, reference - low, last - low, high - low + 1)
-    flat = carry_section(
-        section,
-        carried,
-        np.array([*sides[0], *columns[low : high + 1], *sides[1]]),
-        feature_lengths(design),
-        chain,
-        ring_width(sizes),
-    )
+    lines = np.array([*sides[0], *columns[low : high + 1], *sides[1]])
+    flat = carry_section(section, carried, lines, feature_lengths(design), chain, ring_width(sizes))
     n = len(before)
     flat = np.concatenate([flat[:n], flat[n + first - low : n + last - low + 1], flat[n + high - low + 1 :]])
     x = np.concatenate([stations.before, stations.design[first : last + 1], stations.after])

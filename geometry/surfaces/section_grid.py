@@ -59,16 +59,8 @@ def body_grid(x: np.ndarray, faces: np.ndarray, lines: list[Line], spacing: floa
     y = np.arange(low.min() - MARGIN * spacing, far.max() + (MARGIN + 1) * spacing, spacing)
     z = np.array([_carried_on(y, *line) for line in lines])
     slope = np.array([_slopes(i, x, y, faces, far, lines, z[i]) for i in range(len(x))])
-    return BodyGrid(
-        x=np.ascontiguousarray(x, float),
-        face=np.ascontiguousarray(faces, float),
-        far=np.ascontiguousarray(far, float),
-        low=np.ascontiguousarray(low, float),
-        first=float(y[0]),
-        step=float(spacing),
-        z=np.ascontiguousarray(z),
-        slope=np.ascontiguousarray(slope),
-    )
+    x, faces, far, low, z, slope = (np.ascontiguousarray(v, float) for v in (x, faces, far, low, z, slope))
+    return BodyGrid(x, faces, far, low, float(y[0]), float(spacing), z, slope)
 
 
 def no_body() -> BodyGrid:

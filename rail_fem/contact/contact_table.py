@@ -145,20 +145,9 @@ class TableKey(NamedTuple):
 
 def table_key(scene: Scene, start: float, end: float, spacing: float, shift: float = 0.0) -> TableKey:
     """What the table of a scene depends on; arguments as of contact_table."""
-    low, high = sorted((start, end))
     steels = tuple((s.youngs_modulus, s.poisson) for s in scene.materials.steels())
-    wheel = scene.wheel
-    return TableKey(
-        scene.crossing.surface,
-        wheel.shape,
-        wheel.radius,
-        scene.wheel_datum_y + shift,
-        low,
-        high,
-        spacing,
-        steels,
-        scene.static_wheel_load,
-    )
+    rolls = scene.crossing.surface, scene.wheel.shape, scene.wheel.radius, scene.wheel_datum_y + shift
+    return TableKey(*rolls, *sorted((start, end)), spacing, steels, scene.static_wheel_load)
 
 
 def contact_table(scene: Scene, start: float, end: float, spacing: float, shift: float = 0.0) -> ContactTable:

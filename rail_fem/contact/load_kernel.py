@@ -234,28 +234,13 @@ def strip_edges(found, ends, depths, number, height, wheel, rail, pose, tip):
             edges[count], part[count], count = ends[0, k], k, count + 1
         for c in range(2):
             share = 0.5 * (ends[c + 1, k] - ends[c, k]) / width + 0.5 * abs(depths[c + 1, k] - depths[c, k]) / change
-            at, done = ends[c, k], 0.0  # last edge, its share
+            first, deep, last = ends[c, k], depths[c, k], ends[c + 1, k]
+            at, done = first, 0.0  # last edge, its share
             while line < number and line / number < behind + share:
                 sought = line / number - behind
-                trial = at + (sought - done) / (share - done) * (ends[c + 1, k] - at)
-                at, done = (
-                    edge_at(
-                        sought,
-                        ends[c, k],
-                        depths[c, k],
-                        at,
-                        ends[c + 1, k],
-                        trial,
-                        width,
-                        change,
-                        height,
-                        wheel,
-                        track,
-                        pose,
-                        tip,
-                    ),
-                    sought,
-                )
+                trial = at + (sought - done) / (share - done) * (last - at)
+                at = edge_at(sought, first, deep, at, last, trial, width, change, height, wheel, track, pose, tip)
+                done = sought
                 edges[count], part[count], count, line = at, k, count + 1, line + 1
             behind += share
         if k == n - 1 or found[BRANCH, k] != found[BRANCH, k + 1] or ends[0, k + 1] > ends[2, k] + 1e-12:

@@ -281,15 +281,8 @@ def _described(
     # of a semi-ellipsoid the mean square is a fifth
     patch = np.sqrt(5 * np.maximum(np.where(bears, [xx - x * x, across - y * y - z * z], 0.0), 0.0)).T
     vector = np.column_stack([carried[3], SIDES[side] * carried[1], carried[2]])
-    return LoadedSide(
-        contacts,
-        force,
-        vector,
-        centre,
-        np.where(bears, station, contacts.station),
-        patch,
-        _warnings(contacts, carried, left_over),
-    )
+    station, said = np.where(bears, station, contacts.station), _warnings(contacts, carried, left_over)
+    return LoadedSide(contacts, force, vector, centre, station, patch, said)
 
 
 def _warnings(contacts: Contacts, carried: np.ndarray, left_over: float) -> tuple[str, ...]:
