@@ -129,10 +129,9 @@ class Cost:
     products: int = 0
 
     def __add__(self, other: Cost) -> Cost:
-        seconds = (
-            np.nansum([self.seconds, other.seconds]) if not np.isnan([self.seconds, other.seconds]).all() else np.nan
-        )
-        return Cost(float(seconds), self.iterations + other.iterations, self.products + other.products)
+        known = [one.seconds for one in (self, other) if not np.isnan(one.seconds)]
+        seconds = float(sum(known)) if known else np.nan
+        return Cost(seconds, self.iterations + other.iterations, self.products + other.products)
 
 
 @dataclass(frozen=True)

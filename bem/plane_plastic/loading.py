@@ -76,15 +76,11 @@ def settle(section: PlasticSection, load, tolerance: float) -> Increment:
         before = len(section.active)
         if not section.grow(wanted):
             return found
-        increment = (found.plastic - section_plastic_before(section, before)).reshape(3, -1)
+        so_far = 2 * section.elastic.shear * flat(section.state.strain[section.active[:before]])
+        increment = (found.plastic - so_far).reshape(3, -1)
         start = np.zeros((3, len(section.active)))
         start[:, :before] = increment
         start = start.ravel()
-
-
-def section_plastic_before(section: PlasticSection, count: int) -> np.ndarray:
-    """(3 count,) plastic stress so far of the first cells that take part."""
-    return 2 * section.elastic.shear * flat(section.state.strain[section.active[:count]])
 
 
 def _yielding(section: PlasticSection, load, found: Increment) -> np.ndarray:

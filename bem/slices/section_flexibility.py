@@ -44,14 +44,12 @@ class Flexibility:
     """Correction of one body's flexibility at m stations and q wavenumbers.
 
     stations (m,) [m] along the lower body's face; wavenumbers (q,) [1/m]; correction (q, m, m) [m^2/N]: amplitude of
-    the displacement into the body under a unit line load with the wavenumber, symmetric; densities : unknowns of the
-    section's mesh
+    the displacement into the body under a unit line load with the wavenumber, symmetric
     """
 
     stations: np.ndarray
     wavenumbers: np.ndarray
     correction: np.ndarray
-    densities: int
 
     def interpolation(self, positions: np.ndarray) -> np.ndarray:
         """Matrix (n, m): values at the stations -> at positions (n,) along the face; constant beyond the outer
@@ -129,9 +127,7 @@ def body_flexibility(
     order = np.argsort(positions, kind="stable")
     # stations beyond the lower face's end fall on that end
     order = order[np.r_[True, np.diff(positions[order]) > 0.02 * size]]
-    return Flexibility(
-        positions[order], wavenumbers, _without_mesh_error(values[:, order][:, :, order]), mesh.densities
-    )
+    return Flexibility(positions[order], wavenumbers, _without_mesh_error(values[:, order][:, :, order]))
 
 
 def parallel(action, items, threads: int) -> list:

@@ -1,25 +1,10 @@
-"""What the cyclic laws do under uniaxial stress, in closed form: judges of the law's integration.
+"""What the cyclic laws do under uniaxial stress, in closed form: a judge of the law's integration.
 
 One back stress, constant yield stress Y: with r = C / gamma and the flow's sign s, d alpha = (C s - gamma alpha) dp,
 so alpha = s r + (alpha0 - s r) exp(-gamma dp), integrated once.
 """
 
 import numpy as np
-
-
-def back_stress(modulus: float, recovery: float, start: float, sign: float, plastic: np.ndarray) -> np.ndarray:
-    """Back stress [Pa] after the cumulated plastic strain `plastic` of one direction from `start` [Pa]."""
-    bound = sign * modulus / recovery
-    return bound + (start - bound) * np.exp(-recovery * np.asarray(plastic))
-
-
-def stress_amplitude(plastic: np.ndarray, yield_stress: float, modulus: np.ndarray, recovery: np.ndarray) -> np.ndarray:
-    """Of closed symmetric loops of plastic strain amplitude `plastic`: Y + sum C / gamma tanh(gamma plastic) [Pa].
-
-    From alpha running between -a and a along the law of `back_stress`.
-    """
-    plastic = np.asarray(plastic, float)[..., None]
-    return yield_stress + (np.asarray(modulus) / recovery * np.tanh(np.asarray(recovery) * plastic)).sum(axis=-1)
 
 
 def ratchet_strain(modulus: float, recovery: float, yield_stress: float, low: float, high: float) -> float:

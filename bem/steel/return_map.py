@@ -41,10 +41,6 @@ class PlasticState:
         nz, nc, nx, ny = self.strain.shape
         return self.back.reshape(nz, -1, nc, nx, ny).sum(axis=1)
 
-    def part(self, x: slice, y: slice, z: slice) -> PlasticState:
-        """Views of a box of the cells."""
-        return PlasticState(self.strain[z, :, x, y], self.back[z, :, x, y], self.peeq[z, x, y])
-
     def copy(self) -> PlasticState:
         return PlasticState(self.strain.copy(), self.back.copy(), self.peeq.copy())
 

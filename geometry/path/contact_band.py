@@ -19,6 +19,7 @@ from geometry.surfaces.crossing import CastCrossing
 from kernel_cache import njit
 
 AWAY = 1.0  # clearance where there is no surface or no wheel [m]
+REACH = 0.05  # of a position along the track from the axles that may be near it [m]
 
 
 @njit(cache=True)
@@ -41,14 +42,7 @@ def nearest(x, y, surface, axle_x, axle, radius, reach):
 
 
 def clearance(
-    crossing: AnyCrossing,
-    wheel: Profile,
-    path: WheelPath,
-    x: np.ndarray,
-    y: np.ndarray,
-    body: str,
-    lateral_shift: float = 0.0,
-    reach: float = 0.05,
+    crossing: AnyCrossing, wheel: Profile, path: WheelPath, x: np.ndarray, y: np.ndarray, body: str
 ) -> np.ndarray:
     """How near (n, m) [m] the wheel comes to "wing" or "nose" at x (n,), y (m,) while its axle goes along the path;
     AWAY where it cannot.
@@ -57,11 +51,11 @@ def clearance(
     """
     grid_x, grid_y = np.meshgrid(x, y, indexing="ij")
     surface = np.nan_to_num(crossing.top_height(grid_x, grid_y, body), nan=NO_METAL)
-    datum = tread_datum_y() + lateral_shift
+    datum = tread_datum_y()
     point, order = path.contact_point, np.argsort(path.x)
     rolling = path.radius - wheel.height(point[:, 1] - datum)
     axle = point[:, 2] + np.sqrt(rolling**2 - (point[:, 0] - path.x) ** 2)
-    return nearest(x, y, surface, path.x[order], axle[order], path.radius - wheel.height(y - datum), reach)
+    return nearest(x, y, surface, path.x[order], axle[order], path.radius - wheel.height(y - datum), REACH)
 
 
 def band_edges(near: np.ndarray, y: np.ndarray, approach: float) -> np.ndarray:

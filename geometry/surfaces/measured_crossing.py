@@ -268,6 +268,3 @@ def measured_crossing(
     except ProfileError as error:
         raise CrossingError(str(error)) from error
     return MeasuredCrossing(found, extended, label or "crossing by sections")
-
-
-__all__ = ["MeasuredCrossing", "check_sections", "measured_crossing", "moved"]

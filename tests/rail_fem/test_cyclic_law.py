@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from bem.cycle_jumps import VERDICTS
 from bem.material import first_loading
 from bem.plastic.rolling_line import rolling_line_contact
-from bem.steel.closed_forms import back_stress, ratchet_strain, stress_amplitude
+from bem.steel.closed_forms import ratchet_strain
 from bem.steel.cyclic_law import cyclic_law, equivalent
 from bem.steel.paths import UNIAXIAL_STRAIN, at_rest, march, uniaxial_cycles
 from tests.order import assert_order
@@ -15,6 +15,21 @@ from tests.order import assert_order
 YOUNG, POISSON, YIELD = 210e9, 0.3, 300e6
 SHEAR_YIELD = YIELD / np.sqrt(3)
 CHABOCHE = {"modulus": [100e9, 20e9, 3e9], "recovery": [2000.0, 300.0, 20.0]}
+
+
+def back_stress(modulus: float, recovery: float, start: float, sign: float, plastic: np.ndarray) -> np.ndarray:
+    """Back stress [Pa] after the cumulated plastic strain `plastic` of one direction from `start` [Pa]."""
+    bound = sign * modulus / recovery
+    return bound + (start - bound) * np.exp(-recovery * np.asarray(plastic))
+
+
+def stress_amplitude(plastic: np.ndarray, yield_stress: float, modulus: np.ndarray, recovery: np.ndarray) -> np.ndarray:
+    """Of closed symmetric loops of plastic strain amplitude `plastic`: Y + sum C / gamma tanh(gamma plastic) [Pa].
+
+    From alpha running between -a and a along the law of `back_stress`.
+    """
+    plastic = np.asarray(plastic, float)[..., None]
+    return yield_stress + (np.asarray(modulus) / recovery * np.tanh(np.asarray(recovery) * plastic)).sum(axis=-1)
 
 
 @pytest.mark.validate
