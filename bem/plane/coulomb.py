@@ -144,8 +144,8 @@ class ContactState:
     @classmethod
     def apart(cls, gap: np.ndarray, slip: np.ndarray) -> ContactState:
         """Bodies that do not touch."""
-        none = np.zeros((2, len(gap)))
-        return cls(*none, gap, slip, np.full(len(gap), OPEN), np.zeros(3), 0)
+        none = np.zeros(len(gap))
+        return cls(none, none, gap, slip, np.full(len(gap), OPEN), np.zeros(3), 0)
 
 
 def _solve_regular(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:

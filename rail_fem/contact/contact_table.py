@@ -146,8 +146,9 @@ class TableKey(NamedTuple):
 def table_key(scene: Scene, start: float, end: float, spacing: float, shift: float = 0.0) -> TableKey:
     """What the table of a scene depends on; arguments as of contact_table."""
     steels = tuple((s.youngs_modulus, s.poisson) for s in scene.materials.steels())
-    rolls = scene.crossing.surface, scene.wheel.shape, scene.wheel.radius, scene.wheel_datum_y + shift
-    return TableKey(*rolls, *sorted((start, end)), spacing, steels, scene.static_wheel_load)
+    (low, high), wheel, datum = sorted((start, end)), scene.wheel, scene.wheel_datum_y + shift
+    rolls = scene.crossing.surface, wheel.shape, wheel.radius, datum
+    return TableKey(*rolls, low, high, spacing, steels, scene.static_wheel_load)
 
 
 def contact_table(scene: Scene, start: float, end: float, spacing: float, shift: float = 0.0) -> ContactTable:
