@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from geometry.cad.step_crossing import LARGEST_EXTENT, StepReading, read_step
-from geometry.profiles.formats.columns import COMMENT, read_columns, said_unit
+from geometry.profiles.formats.columns import COMMENT, commas_are_decimal, read_columns, said_unit
 from geometry.profiles.formats.raw import LARGEST_SECTIONS, RawProfile, numbers, open_file, read_text
 from geometry.profiles.formats.simpack import read_simpack
 from geometry.profiles.formats.slices import common_unit, read_slices
@@ -142,6 +142,8 @@ def _read_table(path: Path, reading: SectionReading) -> tuple[np.ndarray, list[n
     if first is None:
         raise ProfileError(f"{path}: holds no row of x, y, z")
     rows = [(i, line) for i, line in rows[first:] if not line.startswith(COMMENT)]
+    if commas_are_decimal([line for _, line in rows]):
+        rows = [(i, line.replace(",", ".")) for i, line in rows]
     named, units = _columns(path, lines[: rows[0][0] - 1], rows[0][1])
     factor = metres_of(reading.unit) or units or said_unit(lines)
     if factor is None:
@@ -186,15 +188,17 @@ def _read_folder(folder: Path, reading: SectionReading) -> tuple[np.ndarray, lis
         raise ProfileError(f'{path}: write "# unit: mm" (or m) on its first line, or give station_unit')
     x: list[float] = []
     raw = []
-    for i, line in enumerate(lines, 1):
-        words = [word for word in SPLIT.split(line.split("#")[0].strip()) if word]
+    rows = [line.split("#")[0].strip() for line in lines]
+    comma = commas_are_decimal(rows)
+    for i, line in enumerate(rows, 1):
+        words = [word for word in SPLIT.split(line.replace(",", ".") if comma else line) if word]
         if not words:
             continue
         files = [word for word in words if (folder / word.strip("\"'")).is_file()]
-        if len(files) != 1 or len(words) < 2:
-            if not x and not re.match(r"[+-]?\.?\d", words[0]):
+        if len(files) != 1 or len(words) != 2:
+            if not x and not any(re.match(r"[+-]?\.?\d", word) for word in words):
                 continue  # a heading
-            raise ProfileError(f'{path}: line {i}: "{line.strip()[:60]}" names no file of {folder.name} beside its x')
+            raise ProfileError(f'{path}: line {i}: "{line[:60]}" is not a file of {folder.name} and its x')
         file = folder / files[0].strip("\"'")
         x.append(numbers([word for word in words if word != files[0]], path, i, 1)[0] * factor)
         raw.append(read_simpack(file) if file.suffix.lower() == ".prr" else read_columns(file))

@@ -95,6 +95,27 @@ def test_a_folder_with_its_stations_and_a_table_are_the_same_crossing(files, tmp
         Crossing(family="sections", file=str(tmp_path), stations="there.csv")
 
 
+def test_decimal_commas_in_sections_are_read_as_points_or_refused(files, tmp_path):
+    """A station of -1,5 m is not -1 m."""
+    crossing = Crossing(family="sections", file=str(files / "crossing.slcs"))
+    rows = [(f"s{k}.txt", x, points) for k, (x, points) in enumerate(zip(crossing.read.x, crossing.read.sections))]
+    for name, _, points in rows:
+        np.savetxt(tmp_path / name, points / MM, fmt="%.12f")
+    table = "\n".join(f"{float(x)!r};{y!r};{z!r}" for _, x, points in rows for y, z in points.tolist())
+    (tmp_path / "own.csv").write_text("# unit: m\n" + table.replace(".", ","))
+    stations = "# unit: m\n" + "\n".join(
+        f"{name}; {float(x)!r}".replace(".", ",").replace(",txt", ".txt") for name, x, _ in rows
+    )
+    (tmp_path / "stations.csv").write_text(stations)
+    for file in tmp_path / "own.csv", tmp_path:
+        read = Crossing(family="sections", file=str(file)).read
+        assert np.abs(read.x - crossing.read.x).max() < 1e-12
+        assert max(np.abs(one - two).max() for one, two in zip(read.sections, crossing.read.sections)) < 1e-12
+    (tmp_path / "stations.csv").write_text(stations.replace("; ", ","))
+    with pytest.raises(ValueError, match=r'line 2: "s0.txt,-\d+,\d+" is not a file of .* and its x'):
+        Crossing(family="sections", file=str(tmp_path))
+
+
 def test_a_table_is_read_by_the_names_of_its_columns(files, tmp_path):
     """Columns of other names, in another order; without names the first three; a unit in the name is the column's."""
     crossing = Crossing(family="sections", file=str(files / "crossing.slcs"))

@@ -57,17 +57,20 @@ def said_unit(lines: list[str]) -> float | None:
 
 def has_decimal_comma(lines: list[str], path: Path) -> bool:
     """True where commas stand inside numbers: only beside another separator can one tell."""
-    inside = [line for line in lines if DECIMAL_COMMA.search(line)]
-    if not inside:
-        return False
-    separated = [re.split(r"[;\t ]+", line.strip("; \t")) for line in inside]
-    if all(len(words) >= 2 and not any(word.endswith(",") for word in words) for words in separated):
+    if commas_are_decimal(lines):
         return True
+    inside = [line for line in lines if DECIMAL_COMMA.search(line)]
     if any(line.count(",") > 2 and not re.search(r"[;\t ]", line) for line in inside):
         raise ProfileError(
             f'{path}: "{inside[0]}": commas both inside and between numbers; separate the columns by semicolons'
         )
     return False
+
+
+def commas_are_decimal(lines: list[str]) -> bool:
+    """True where each line with a comma inside a number has another separator between its words."""
+    inside = [re.split(r"[;\t ]+", line.strip("; \t")) for line in lines if DECIMAL_COMMA.search(line)]
+    return bool(inside) and all(len(words) >= 2 and not any(word.endswith(",") for word in words) for words in inside)
 
 
 def split(line: str, comma: bool) -> list[str]:
