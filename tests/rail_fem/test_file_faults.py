@@ -24,6 +24,18 @@ def below(tmp_path_factory):
     return folder
 
 
+def test_a_full_disk_is_told_by_the_file_alone(tmp_path, monkeypatch):
+    """The system names both ends of a renaming; one of them is ours."""
+
+    def full(source, target):
+        raise OSError(28, "No space left on device", str(source), None, str(target))
+
+    monkeypatch.setattr("os.replace", full)
+    with pytest.raises(OSError) as told:
+        write_text_atomically(tmp_path / "a.csv", "")
+    assert str(told.value) == f"[Errno 28] No space left on device: {str(tmp_path / 'a.csv')!r}"
+
+
 def test_a_position_that_is_not_known_is_not_shown(below):
     code, said = command("show", below / "a")
     assert code == 0 and "p2 " in said and "nan" not in said
