@@ -59,6 +59,12 @@ def solve(
             x=transfer,
         )
     flags = [*p2_flags(scene, dip), *limit_flags(chosen)]
+    if settings.unsprung == "wheelset":
+        one = p2_increment(
+            dip, scene.speed, scene.vehicle.wheel_unsprung_mass, foundation.track_mass, foundation.stiffness
+        )
+        reason = f"{mass:g} kg, a whole wheelset's on one rail, as table 7-5 takes it: with one wheel's, half, P2 is"
+        flags.append(flag("unsprung mass", f"{reason} {p2_force(load, one, settings.reading) / 1e3:.1f} kN"))
     return PassResult(
         model="p2_formula",
         scene=scene,

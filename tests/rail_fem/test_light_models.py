@@ -235,6 +235,9 @@ def test_dip_angle_of_the_path_is_flagged_above_the_standard_s_limit(scene):
     assert result.trust["dip_angle"] == pytest.approx(15e-3, rel=0.2)
     assert {"dip limit", "P2 limit"} <= {flag["what"] for flag in result.trust["validity"]}
     given = p2_formula.solve(scene, P2Settings(dip_angle=7.33e-3))
+    half = p2_formula.solve(scene, P2Settings(dip_angle=7.33e-3, unsprung="half wheelset"))
+    said = f"with one wheel's, half, P2 is {half.peaks['p2'].value / 1e3:.1f} kN"
+    assert [said in " ".join(result.warnings) for result in (given, half)] == [True, False]
     assert (
         given.peaks["p2"].value == pytest.approx(175.28e3, abs=50)
         and given.peaks["p2"].value < given.peaks["p2_all_times_1.2"].value
