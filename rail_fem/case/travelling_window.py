@@ -1,5 +1,7 @@
 """Whether a travelling window is long enough for what it has to hold, known before anything is meshed."""
 
+import math
+
 import numpy as np
 
 from rail_fem.case.warnings import static_patch
@@ -46,10 +48,10 @@ def length_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
         return []
     reach, least = contact_reach(scene, settings), least_window(scene, settings)
     return [
-        f"run.{model}.{name}: {length * 1e3:g} mm is shorter than {enough * 1e3:.0f} mm, which contact up to"
+        f"run.{model}.{name}: {length * 1e3:g} mm is shorter than {enough * 1e3:.3g} mm, which contact up to"
         f" {offset * 1e3:.1f} mm from the axle, half a patch ({largest_half_patch(scene) * 1e3:.1f} mm under {IMPACT:g}"
-        f" times the static load), the plastic zone beside it, a slab and two elements need: give {enough * 1e3:.0f} mm"
-        " or more"
+        f" times the static load), the plastic zone beside it, a slab and two elements need: give"
+        f" {math.ceil(enough * 1e3)} mm or more"
         for name, length, offset, enough in zip(
             ("window_ahead", "window_behind"), settings.window_lengths, reach, least
         )
