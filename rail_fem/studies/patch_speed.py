@@ -53,12 +53,8 @@ def study_grid(cells: int) -> Grid:
     """cells x cells over the ellipse and a margin of one and a half cells or 4.5 %, whichever is more."""
     exact = hertz()
     stretch = max(1.09, 1 / (1 - 3 / cells))
-    return Grid.over(
-        (-stretch * exact.semi_x, stretch * exact.semi_x),
-        (-stretch * exact.semi_y, stretch * exact.semi_y),
-        cells,
-        cells,
-    )
+    x, y = stretch * exact.semi_x, stretch * exact.semi_y
+    return Grid.over((-x, x), (-y, y), cells, cells)
 
 
 def solve_normal(cells: int) -> Patch:
@@ -90,14 +86,21 @@ class SpeedRow(NamedTuple):
     reference: bool = False
 
 
+def pressure_rows(
+    method: str, sizes: tuple[int, ...], solve: Callable[[int], Any], timed: Callable | None = None
+) -> list[SpeedRow]:
+    """Seconds and error of the largest pressure of the normal problem. timed : none: the least of several runs"""
+    rows, exact = [], hertz().max_pressure
+    for n in sizes:
+        seconds, patch = (timed or least_seconds)(partial(solve, n))
+        rows.append(SpeedRow("normal", method, n, seconds, abs(patch.max_pressure / exact - 1)))
+    return rows
+
+
 def normal_rows(sizes: tuple[int, ...]) -> list[SpeedRow]:
     """Normal problem, and CONTACT's."""
-    rows = []
-    for cells in sizes:
-        seconds, patch = least_seconds(lambda: solve_normal(cells))
-        error = abs(patch.max_pressure / hertz().max_pressure - 1)
-        rows.append(SpeedRow("normal", "half-space", cells, seconds, error))
-    return rows + [SpeedRow("normal", "half-space, CONTACT", n, *known, True) for n, known in CONTACT_NORMAL.items()]
+    theirs = [SpeedRow("normal", "half-space, CONTACT", n, *known, True) for n, known in CONTACT_NORMAL.items()]
+    return pressure_rows("half-space", sizes, solve_normal) + theirs
 
 
 def tangential_rows(sizes: tuple[int, ...]) -> list[SpeedRow]:
@@ -140,30 +143,21 @@ def ellipse_slices() -> Slices:
 
 
 def slice_rows(sizes: tuple[int, ...]) -> list[SpeedRow]:
-    """Seconds and error of the largest pressure of both slice methods, n slices of n cells."""
-    slices, exact, rows = ellipse_slices(), hertz().max_pressure, []
-    methods = {
-        "2.5D (b), coupled slices": lambda n: slice_contact(slices, load=LOAD, cells=(n, n), threads=1, estimate=False),
-        "2.5D (a), parabolic load": lambda n: loaded_slices(slices, load=LOAD, cells=(n, n), estimate=False),
-    }
-    for name, solver in methods.items():
-        for n in sizes:
-            seconds, patch = least_seconds(lambda: solver(n))
-            rows.append(SpeedRow("normal", name, n, seconds, abs(patch.max_pressure / exact - 1)))
-    return rows
+    """Both slice methods, n slices of n cells."""
+    slices = ellipse_slices()
+    coupled = lambda n: slice_contact(slices, load=LOAD, cells=(n, n), threads=1, estimate=False)
+    loaded = lambda n: loaded_slices(slices, load=LOAD, cells=(n, n), estimate=False)
+    return [
+        *pressure_rows("2.5D (b), coupled slices", sizes, coupled),
+        *pressure_rows("2.5D (a), parabolic load", sizes, loaded),
+    ]
 
 
 def ellipse_blocks() -> BlockPair:
     """The ellipse: a cylinder along s over one along x."""
-    rolling, lateral = RADII
-    return BlockPair(
-        lambda x, s: -(s**2) / (2 * lateral) + 0 * x,
-        lambda x, s: x**2 / (2 * rolling) + 0 * s,
-        (-HALF, HALF),
-        (-HALF, HALF),
-        HALF,
-        HALF,
-    )
+    (rolling, lateral), across = RADII, (-HALF, HALF)
+    rail, wheel = lambda x, s: -(s**2) / (2 * lateral) + 0 * x, lambda x, s: x**2 / (2 * rolling) + 0 * s
+    return BlockPair(rail, wheel, across, across, HALF, HALF)
 
 
 def ellipse_zone(exact: PointContact, across: int) -> FineZone:
@@ -176,13 +170,9 @@ def ellipse_zone(exact: PointContact, across: int) -> FineZone:
 
 
 def finite_rows(across: tuple[int, ...]) -> list[SpeedRow]:
-    """Processor seconds and error of the largest pressure by numbers of elements over the smaller axis."""
-    exact, rows = hertz(), []
-    for count in across:
-        seconds, patch = spent(lambda: finite_patch(ellipse_blocks(), LOAD, ellipse_zone(exact, count)))
-        error = abs(patch.max_pressure / exact.max_pressure - 1)
-        rows.append(SpeedRow("normal", "finite elements, static", count, seconds, error))
-    return rows
+    """By numbers of elements over the smaller axis, each solved once."""
+    solve = lambda count: finite_patch(ellipse_blocks(), LOAD, ellipse_zone(hertz(), count))
+    return pressure_rows("finite elements, static", across, solve, spent)
 
 
 def all_rows(quick: bool) -> list[SpeedRow]:

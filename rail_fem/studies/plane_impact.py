@@ -7,7 +7,6 @@ gone and the section rings. What the thesis does not state is chosen here: the w
 density, and that the foot is held. The section is the head's profile on a web and foot of straight lines.
 """
 
-import time
 import warnings
 from dataclasses import dataclass
 from typing import Annotated
@@ -140,17 +139,14 @@ class ImpactRun:
 def march(struck: Struck, scheme: Scheme, step: float, end: float = END, every: float = 20 * US) -> ImpactRun:
     """Strike with steps of one length; stresses are looked at about `every` so many seconds."""
     count, stride = round(end / step), max(round(every / step), 1)
-    tick = time.process_time()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", StepWarning)  # the study's subject
-        going = March(struck.body, step, scheme)
-    ready = time.process_time()
-    impact = strike(struck, striker(), going, count, lambda k: k % stride == 0)
-    done = time.process_time()
+        setup, going = spent(lambda: March(struck.body, step, scheme))
+    steps, impact = spent(lambda: strike(struck, striker(), going, count, lambda k: k % stride == 0))
     grid = patch_grid().reshape(-1, 2)
     instants = sorted(impact.states)
     stress = np.array([np.nanmax(field_at(impact.solution(k), grid).von_mises) for k in instants])
-    return ImpactRun(scheme, step, ready - tick, done - ready, impact, impact.time[instants], stress)
+    return ImpactRun(scheme, step, setup, steps, impact, impact.time[instants], stress)
 
 
 def table(runs: list[ImpactRun]) -> Table:

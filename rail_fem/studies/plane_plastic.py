@@ -9,7 +9,6 @@ the stress down to the yield surface point by point ("capped"), so that the fiel
 equilibrium is restored in each step, and finite elements with the same steel judge that.
 """
 
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated
@@ -29,7 +28,7 @@ from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
 from rail_fem.static_fe.plane_strain import Fineness
 from rail_fem.static_fe.plastic_plane import PlasticPlaneContact, PlasticPlaneStep
-from rail_fem.studies.harness import OUT, QUICK
+from rail_fem.studies.harness import OUT, QUICK, spent
 from rail_fem.studies.plane_contact import wheel_on_rail
 from rail_fem.studies.plane_plastic_means import equivalent, means_table, of_cells, of_elements, window_of
 
@@ -52,10 +51,9 @@ class Compared:
     residuals: list[float]
 
 
-def press(size: float, steps: int, slope: float = 0.0) -> tuple[PlasticContact, list[Control], float]:
-    """Boundary elements with cells of `size` [m], loaded in equal steps, steel of a slope [Pa]; and the CPU seconds."""
+def press(size: float, steps: int, slope: float = 0.0) -> tuple[PlasticContact, list[Control]]:
+    """Boundary elements with cells of `size` [m], loaded in equal steps, steel of a slope [Pa]."""
     fixed, moving = wheel_on_rail(STEEL.young)
-    tick = time.process_time()
     controls = [Control.of(force=(None, -LOAD * k / steps)) for k in range(1, steps + 1)]
     contact = PlasticContact(
         fixed, moving, controls[-1], Hardening.linear(YIELD, slope), Region(*REGION, size),
@@ -63,28 +61,22 @@ def press(size: float, steps: int, slope: float = 0.0) -> tuple[PlasticContact, 
     )  # fmt: skip
     for control in controls:
         contact.go_to(control)
-    return contact, controls, time.process_time() - tick
+    return contact, controls
 
 
-def judge(contact: PlasticContact, size: float, steps: int, slope: float = 0.0) -> tuple[PlasticPlaneContact, float]:
-    """Finite elements of `size` [m] over the same region and loads; and the CPU seconds."""
-    tick = time.process_time()
+def judge(contact: PlasticContact, size: float, steps: int, slope: float = 0.0) -> PlasticPlaneContact:
+    """Finite elements of `size` [m] over the same region and loads."""
     patch = contact.elastic.patches()[0]
     x = np.linspace(patch.begin[0] - 3 * MM, patch.end[0] + 3 * MM, 9)
     y = np.interp(0.5, [0, 1], [patch.begin[1], patch.end[1]])
     positions = np.column_stack([x, np.full_like(x, y)])
     fixed, moving = wheel_on_rail(STEEL.young)
     ends = sorted([patch.begin[0], patch.end[0]])
-    found = PlasticPlaneContact(
-        fixed,
-        moving,
-        Fineness(positions, size, 8 * MM, 6 * MM),
-        (ends[0] - 3 * MM, ends[1] + 3 * MM),
-        Hardening.linear(YIELD, slope),
-    )
+    fine, window = Fineness(positions, size, 8 * MM, 6 * MM), (ends[0] - 3 * MM, ends[1] + 3 * MM)
+    found = PlasticPlaneContact(fixed, moving, fine, window, Hardening.linear(YIELD, slope))
     for k in range(1, steps + 1):
         found.go_to(LOAD * k / steps)
-    return found, time.process_time() - tick
+    return found
 
 
 def on_cells(cells: Cells, step: PlasticPlaneStep) -> tuple[np.ndarray, np.ndarray]:
@@ -97,10 +89,10 @@ def on_cells(cells: Cells, step: PlasticPlaneStep) -> tuple[np.ndarray, np.ndarr
 
 def compare(size: float, judge_size: float, steps: int, shown: int = 5) -> tuple[list[Compared], PlasticContact, dict]:
     """All three, at `shown` of the steps; and CPU seconds by method."""
-    contact, controls, boundary_seconds = press(size, steps)
+    boundary_seconds, (contact, controls) = spent(lambda: press(size, steps))
     strains = contact.elastic_strains(controls)
     capped, capped_peeq = capped_return(strains, contact.section.hardening, STEEL.shear)
-    finite, finite_seconds = judge(contact, judge_size, steps)
+    finite_seconds, finite = spent(lambda: judge(contact, judge_size, steps))
     rows = []
     for k in range(steps // shown - 1, steps, steps // shown):
         step, judged = contact.steps[k], finite.steps[k]
@@ -168,8 +160,8 @@ def main(
     if quick:
         size, judge_size, steps, means = 1.0, 0.8, 10, False
     rows, contact, seconds = compare(size * MM, judge_size * MM, steps)
-    spent = ", ".join(f"{name} {value:.1f} CPU s" for name, value in seconds.items())
-    note = f"{steps} steps, {len(contact.section.active)} cells that take part: {spent}."
+    cost = ", ".join(f"{name} {value:.1f} CPU s" for name, value in seconds.items())
+    note = f"{steps} steps, {len(contact.section.active)} cells that take part: {cost}."
     texts = [note, *(compare_means() if means else ())]
     title = f"P8 on BS113A in plane strain, rail of {YIELD / MPA:g} MPa without hardening"
     publish("plane_plastic", out, [table(rows)], panels(rows, contact), title, "\n\n".join(texts))
@@ -181,5 +173,5 @@ def compare_means(sizes=SIZES, judge_sizes=JUDGE_SIZES, steps: int = 20) -> Iter
         contacts = [press(size, steps, slope)[0] for size in sizes]
         window = window_of(contacts[0])
         ours = [of_cells(contact, window, size) for contact, size in zip(contacts, sizes)]
-        judges = [of_elements(judge(contacts[0], size, steps, slope)[0], window, size) for size in judge_sizes]
+        judges = [of_elements(judge(contacts[0], size, steps, slope), window, size) for size in judge_sizes]
         yield means_table(ours, judges, words)

@@ -12,7 +12,7 @@ depth that fares worst.
 """
 
 import contextlib
-import time
+from functools import partial
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -25,7 +25,7 @@ from bem.steel.cyclic_law import CyclicLaw, cyclic_law
 from bem.steel.paths import uniaxial_cycles
 from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
-from rail_fem.studies.harness import OUT, QUICK
+from rail_fem.studies.harness import OUT, QUICK, spent
 
 YOUNG, POISSON, YIELD, HALF_WIDTH = 210e9, 0.3, 300e6, 5e-3
 SHEAR_YIELD = YIELD / np.sqrt(3)
@@ -89,16 +89,14 @@ def roll(
 ) -> LongRun | RefusedLoad:
     """One pressure: passes with jumps at all depths, and all of the first ones at the worst depth."""
     load = (HALF_WIDTH, ratio * SHEAR_YIELD, TRACTION)
-    started = time.process_time()
+    rolled = partial(rolling_line_contact, law, *load)
     try:
-        jumped = rolling_line_contact(law, *load, depths, passes, steps, JumpRule(tolerance))
+        seconds, jumped = spent(lambda: rolled(depths, passes, steps, JumpRule(tolerance)))
     except NoEquilibriumError as reason:
         return RefusedLoad(ratio, str(reason))
-    middle = time.process_time()
-    computed = rolling_line_contact(
-        law, *load, depths[jumped.worst : jumped.worst + 1], min(passes, ALL_COMPUTED), steps
-    )
-    return LongRun(ratio, jumped, middle - started, computed, time.process_time() - middle)
+    worst = depths[jumped.worst : jumped.worst + 1]
+    all_seconds, computed = spent(lambda: rolled(worst, min(passes, ALL_COMPUTED), steps))
+    return LongRun(ratio, jumped, seconds, computed, all_seconds)
 
 
 def in_words(history: RollingHistory) -> str:

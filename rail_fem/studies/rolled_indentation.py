@@ -12,8 +12,8 @@ Of explicit passes over the same crossing the wing's indentation is how much nea
 the pass on the hard wing, less what the force alone changes, by the Hertz constants of the light models.
 """
 
-import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +32,7 @@ from rail_fem.result.result import load as load_result
 from rail_fem.scene.steel import MN13
 from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
-from rail_fem.studies.harness import OUT, QUICK
+from rail_fem.studies.harness import OUT, QUICK, spent
 
 BODY, STEEL = Elastic(210e9, 0.3), MN13
 MODULUS = contact_modulus(BODY, BODY)
@@ -194,18 +194,17 @@ def main(
     if passes and hard is None:
         raise typer.BadParameter("--pass: needs --hard, a pass over the same wing in a steel that hardly yields")
     ellipsoids, cells = (WORN_WING[:1], 2) if quick else (WORN_WING, cells)
-    rolled, seconds = [], []
+    timed = []
     for one in ellipsoids:
-        tick = time.process_time()
-        rolled.append(roll_wave(one, cells))
-        seconds.append(time.process_time() - tick)
-        typer.echo(f"radii {one.radii}: {seconds[-1]:.0f} CPU s", err=True)
+        timed.append(spent(partial(roll_wave, one, cells)))
+        typer.echo(f"radii {one.radii}: {timed[-1][0]:.0f} CPU s", err=True)
+    rolled = [found for _, found in timed]
     judged = load_result(hard) if hard is not None else None
     found = {} if judged is None else {path.parent.name: of_pass(load_result(path), judged) for path in passes}
     words = []
     for name, wing in found.items():
         off, most = off_by(wing, by_law(wing)), wing.dent.max()
         words.append(f"{name}: law off by {off * most * 1e6:.1f} um, largest indentation {most * 1e6:.1f} um")
-    tables = [table_of(ellipsoids, rolled, seconds)]
+    tables = [table_of(ellipsoids, rolled, [seconds for seconds, _ in timed])]
     title = "How deep a rolling wheel presses in Mn13: loops are forces that rise and fall"
     publish("rolled_indentation", out, tables, [panel(ellipsoids, rolled, found)], title, "\n".join(words))

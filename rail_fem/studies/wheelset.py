@@ -7,7 +7,6 @@ A state is both sides, all points, load shared to equilibrium. Errors on the cro
 apart, searched every 0.1 mm.
 """
 
-import time
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -25,7 +24,7 @@ from rail_fem.contact.load_sharing import LoadedWheelset, static_equilibrium
 from rail_fem.files.atomic import write_text_atomically
 from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
-from rail_fem.studies.harness import OUT, QUICK
+from rail_fem.studies.harness import OUT, QUICK, spent
 
 MM = 1e-3
 AXLE_LOAD = 98.15e3  # thesis Table 3-1 [N]
@@ -83,11 +82,11 @@ def speed_against_error(
     states, rows = random_states(count), []
     exact, _ = answers(search_of(crossing, wheel, *refined), states, 1)
     for spacing, resolution in settings:
-        found, spent = answers(search_of(crossing, wheel, spacing * MM, resolution * MM), states, 3)
+        found, seconds = answers(search_of(crossing, wheel, spacing * MM, resolution * MM), states, 3)
         distance = np.linalg.norm(found[..., :3] - exact[..., :3], axis=2).max(axis=1) / MM
         force = (np.linalg.norm(found[..., 3:] - exact[..., 3:], axis=2) / states[:, 3:]).max(axis=1)
         places = [np.median(distance), np.percentile(distance, 95), distance.max()]
-        rows.append([spacing, resolution, spent * 1e3, *map(float, [*places, np.median(force), force.max()])])
+        rows.append([spacing, resolution, seconds * 1e3, *map(float, [*places, np.median(force), force.max()])])
     return rows
 
 
@@ -101,11 +100,8 @@ def answers(search: SurfaceSearch, states: np.ndarray, repeats: int) -> tuple[np
     several rounds."""
     solve = lambda s: static_equilibrium(search.at(s[0]), (s[3], s[4]), s[1], s[2])
     solve(states[0])
-    least = np.inf
-    for _ in range(repeats):
-        start = time.process_time()
-        found = [solve(s) for s in states]
-        least = min(least, (time.process_time() - start) / len(states))
+    rounds = [spent(lambda: [solve(s) for s in states]) for _ in range(repeats)]
+    found, least = rounds[-1][1], min(seconds for seconds, _ in rounds) / len(states)
     place = lambda side: side.normal_force @ side.contacts.position / side.normal_force.sum()
     mean = lambda side: np.concatenate([place(side), side.force.sum(axis=0)])
     return np.array([[mean(getattr(f, side)) for side in SIDES] for f in found]), least
