@@ -175,14 +175,8 @@ def _draw_facts(problem: Problem, found: Inversion, axes) -> None:
             group = one.group
             own = [problem.columns.index(column) for column in group.columns]
             beside = group.missed(trial.expected[own], form)
-            axes.plot(
-                beside.clip(-6, 6),
-                np.full(len(beside), row),
-                marker,
-                ms=5,
-                color=colour,
-                label=words if not row else "",
-            )
+            label = words if not row else ""
+            axes.plot(beside.clip(-6, 6), np.full(len(beside), row), marker, ms=5, color=colour, label=label)
     axes.axvspan(-2, 2, color=GREY, alpha=0.15, zorder=0)
     axes.axvline(0, color=TOTAL, lw=1)
     axes.set_yticks(range(len(names)), names, fontsize=9)

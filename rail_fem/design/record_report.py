@@ -16,8 +16,8 @@ from rail_fem.files.markdown import markdown_table
 from rail_fem.result.low_pass import low_pass
 from rail_fem.scene.units import si_factor
 from rail_fem.settings.light import RigidHertzSettings
-from rail_fem.show.panels import band, curve, new_panels, titled
-from rail_fem.show.style import NOSE, SKY, TOTAL, WING
+from rail_fem.show.panels import band, curve, titled
+from rail_fem.show.style import NOSE, SKY, TOTAL, WING, new_figure
 
 SURE = 0.95  # share of the posterior on one side, from which on a verdict is given
 VERDICT = f"a verdict from {100 * SURE:.0f} % on"
@@ -160,10 +160,12 @@ class StateReport:
         vary, records = problem.design.vary, problem.records
         columns = 3
         above = -(-len(vary) // columns)
-        figure, axes = new_panels(2.5 * above + 2.6 * len(records) + 0.8, above + len(records), columns, squeeze=False)
+        figure = new_figure(2.5 * above + 2.6 * len(records) + 0.8)
+        grid = figure.add_gridspec(above + len(records), columns)
+        axes = [figure.add_subplot(grid[divmod(k, columns)]) for k in range(len(vary))]
         values = scaled_back(problem, found.samples[:, :-1])
         for axis, v, own, (low, high), start in zip(
-            axes.flat, vary, values.T, scaled_back(problem, found.interval[:, :-1]).T, problem.start_values
+            axes, vary, values.T, scaled_back(problem, found.interval[:, :-1]).T, problem.start_values
         ):
             first, last = v.bounds
             axis.hist(own, bins=40, range=v.bounds, density=True, color=WING, alpha=0.6, label="posterior")
@@ -173,19 +175,9 @@ class StateReport:
                 axis.axvline(start, color=NOSE, ls="--", lw=1.5, label="the case")
             axis.set_yticks([])
             axis.set_xlabel(v.title.replace("_", " "))
-        axes.flat[0].legend(fontsize=9)
-        for axis in axes[:above].flat[len(vary) :]:
-            axis.remove()
-        for row, fact, one in zip(axes[above:], records, self.met):
-            for axis in row:
-                axis.remove()
-            _draw_record(
-                figure.add_subplot(row[0].get_gridspec()[row[0].get_subplotspec().rowspan.start, :]),
-                problem,
-                found,
-                fact,
-                one,
-            )
+        axes[0].legend(fontsize=9)
+        for row, (fact, one) in enumerate(zip(records, self.met), above):
+            _draw_record(figure.add_subplot(grid[row, :]), problem, found, fact, one)
         sure = "; ".join(line.split("**")[1] if "**" in line else "no verdict" for line in self.verdicts)
         return titled(figure, f"What {problem.design.source} says of the crossing\n{sure}")
 

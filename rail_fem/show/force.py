@@ -172,9 +172,7 @@ def draw_crossing(axes, result: PassResult) -> None:
 def given_path(result: PassResult) -> tuple[np.ndarray, np.ndarray] | None:
     """The rigid path that the run itself states: trust["rigid_path"] = {"x": [...], "height": [...]} [m]."""
     stated = result.trust.get("rigid_path")
-    if not isinstance(stated, dict) or not {"x", "height"} <= set(stated):
-        return None
-    return np.asarray(stated["x"], float), np.asarray(stated["height"], float)
+    return (np.asarray(stated["x"], float), np.asarray(stated["height"], float)) if stated else None
 
 
 def computed_path(result: PassResult) -> tuple[np.ndarray, np.ndarray] | None:

@@ -127,13 +127,8 @@ def _mark(run: NamedResult, name: str, symbol: str, colour: str, before: str) ->
     bars += f" \u00b1 {form / 1e3:.2g} (form)" if form > 0 else ""
     told = f"{value:.1f}{bars} kN, x = {1e3 * peak.x:.1f} mm, t = {1e3 * peak.time:.2f} ms"
     words = html.escape(before + run.result.scene.crossing.told(QUANTITIES[name]))
-    point: Trace = {
-        "type": "scatter",
-        "mode": "markers",
-        "x": [1e3 * peak.x],
-        "y": [value],
-        "legendgroup": before + name,
-    }
+    point: Trace = {"type": "scatter", "mode": "markers", "x": [1e3 * peak.x], "y": [value]}
+    point["legendgroup"] = before + name
     look = {"symbol": symbol, "size": 12, "color": colour, "line": {"width": 2, "color": colour}}
     marks = [point | {"name": words, "marker": look, "hovertemplate": told + "<extra>%{fullData.name}</extra>"}]
     if elements > 0:
@@ -188,15 +183,10 @@ def any_history(runs: Sequence[NamedResult]) -> Chart | None:
         if name in ("time", "x", *HEIGHTS) or not told:
             continue
         words = f"{name.replace('_', ' ')} [{column.unit}]"
-        data = [
-            curve(
-                1e3 * run.result.history["x"],
-                run.result.history[name] / si_factor(column.unit),
-                run.name,
-                CURVES[runs.index(run) % len(CURVES)],
-            )
-            for run in told
-        ]
+        data = []
+        for run in told:
+            history, colour = run.result.history, CURVES[runs.index(run) % len(CURVES)]
+            data.append(curve(1e3 * history["x"], history[name] / si_factor(column.unit), run.name, colour))
         meaning = {"title": {"text": column.meaning, "font": {"size": 13}}, "height": 420}
         pictures[words] = {"data": data, "layout": layout(distance_words(told[0].result), words, **meaning)}
     return Chart("", pictures, {"quantity": list(pictures)}, 420) if pictures else None
@@ -244,13 +234,9 @@ def _seen(result: PassResult, fields: Fields) -> tuple[np.ndarray, np.ndarray]:
     faces, owner = boundary_faces(fields.cells)
     centre = 1e3 * fields.points[faces].mean(axis=1)
     inside = (centre[:, 0] > low_x) & (centre[:, 0] < high_x) & (centre[:, 1] > low_y) & (centre[:, 1] < high_y)
-    inside &= centre[:, 2] > corners_floor(centre[inside, 2]) if inside.any() else inside
+    if inside.any():  # of what is seen the upper half is enough
+        inside &= centre[:, 2] > centre[inside, 2].max() - 0.5 * np.ptp(centre[inside, 2])
     return faces[inside], owner[inside]
-
-
-def corners_floor(height: np.ndarray) -> float:
-    """Below which faces are left out: those of the upper half of what is seen are enough [mm]."""
-    return float(height.max() - 0.5 * np.ptp(height))
 
 
 def thinned(
@@ -292,9 +278,6 @@ def _worst(fields: Fields) -> list[Trace]:
             top = 1e3 * fields.points[fields.cells[fields.region == REGIONS.index(body)]][:, :, 2].max()
             mark = {"type": "scatter3d", "mode": "markers+text", "text": [words], "textposition": "top center"}
             place = {"x": [x], "y": [y], "z": [max(z, top)], "hoverinfo": "text"}
-            marks.append(
-                mark
-                | place
-                | {"marker": {"size": 4, "color": BODY[body]}, "textfont": {"size": 14, "color": BODY[body]}}
-            )
+            look = {"marker": {"size": 4, "color": BODY[body]}, "textfont": {"size": 14, "color": BODY[body]}}
+            marks.append(mark | place | look)
     return marks

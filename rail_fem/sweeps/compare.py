@@ -71,13 +71,8 @@ def forces_on(result: PassResult, path: CommonPath) -> dict[str, Peak]:
     x, scene = result.history["x"], result.scene
     on = (x >= path.low) & (x <= path.high)
     rows = {name: values[on] for name, values in result.history.items()}
-    return force_peaks(
-        rows,
-        scene.direction_sign,
-        scene.static_wheel_load,
-        result.settings.get("settle_time") or -np.inf,
-        scene.crossing.leg_end,
-    )
+    settled = result.settings.get("settle_time") or -np.inf
+    return force_peaks(rows, scene.direction_sign, scene.static_wheel_load, settled, scene.crossing.leg_end)
 
 
 def of_force(*names: str) -> Callable[[PassResult, PassResult], float]:
@@ -199,9 +194,8 @@ def result_folders(folders: list[Path]) -> list[Path]:
     """Folders of runs among or right below those given. Errors: CompareError for a folder without any."""
     found = []
     for folder in map(Path, folders):
-        below = (
-            [folder] if (folder / "result.json").is_file() else sorted(p.parent for p in folder.glob("*/result.json"))
-        )
+        itself = (folder / "result.json").is_file()
+        below = [folder] if itself else sorted(p.parent for p in folder.glob("*/result.json"))
         if not below:
             raise CompareError(
                 f"{folder}: no result.json in it or right below it; give the folder of a run, or that of a"

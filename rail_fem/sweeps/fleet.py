@@ -197,13 +197,8 @@ def fleet_figure(title: str, columns: Sequence[str], of_model: Mapping[str, Resu
             ends = np.clip([quantile_of(values, share)[1:] for share in shares], values[0], values[-1])
             colour = LINE_OF_MODEL[model][0]
             axes.fill_betweenx(100 * shares, *ends.T, color=colour, alpha=0.25, lw=0)
-            curve(
-                axes,
-                values,
-                100 * shares,
-                f"{model}, {len(values)} passes; shaded: left open by so few ({LEVEL:.0%})",
-                colour,
-            )
+            words = f"{model}, {len(values)} passes; shaded: left open by so few ({LEVEL:.0%})"
+            curve(axes, values, 100 * shares, words, colour)
         axes.set(xlabel=f"{column} [{MEASURES[column].unit}]", ylabel="passes below [%]", ylim=(0, 100))
         legend_above(axes)
     return titled(figure, title)

@@ -260,31 +260,19 @@ def pictures(source: Source, results: Results, folder: Path) -> list[Picture]:
     """All figures that this sweep can give, in order."""
     wanted = OVER_LEG if "leg" in parts_of(results) else SUMMARY
     measures = {words: MEASURES[name] for words, name in wanted.items()}
-    found = [
-        Picture(
-            "summary",
-            "Largest forces and plastic strain of all cases, every model",
-            source.summary_figures,
-            lambda: summary_figure(results, measures, "All cases, every model", published_marks(source)),
-        )
-    ]
+    draw = lambda: summary_figure(results, measures, "All cases, every model", published_marks(source))
+    words = "Largest forces and plastic strain of all cases, every model"
+    found = [Picture("summary", words, source.summary_figures, draw)]
     of_reference = results.get(source.reference, {})
     beside = {model: of_reference[model] for model in BESIDE if model in of_reference}
     if beside:
         (forces, heights), most_expensive = source.reference_figures, list(beside.values())[-1]
+        by, dip = f"by {' and '.join(beside)}", f"Displacements and dip angle of {source.reference}"
         found += [
             Picture(
-                "reference_forces",
-                f"Contact force of {source.reference} by {' and '.join(beside)}",
-                forces,
-                lambda: forces_figure(beside),
+                "reference_forces", f"Contact force of {source.reference} {by}", forces, lambda: forces_figure(beside)
             ),
-            Picture(
-                "reference_dip",
-                f"Displacements and dip angle of {source.reference}",
-                heights,
-                lambda: dip_figure(most_expensive),
-            ),
+            Picture("reference_dip", dip, heights, lambda: dip_figure(most_expensive)),
         ]
     for group in source.group:
         found += group_pictures(group, results, folder)
@@ -300,22 +288,10 @@ def group_pictures(group: Group, results: Results, folder: Path) -> list[Picture
     model, name = common[-1], re.sub(r"\W+", "_", group.title.lower())
     mine: dict[str, PassResult] = {case: results[case][model] for case in group.cases}
     folders = {case: folder / case / model for case in group.cases}
-    found = [
-        Picture(
-            name,
-            f"{group.title}: force, wheel, crossing, lateral position of contact ({model})",
-            group.figures[0],
-            lambda: group_figure(group.title, mine),
-        )
-    ]
-    if not any((path / "fields").is_dir() for path in folders.values()):
-        return found
-    return [
-        *found,
-        Picture(
-            f"{name}_strain",
-            f"{group.title}: plastic strain seen from above, common legend ({model})",
-            group.figures[1],
-            lambda: strain_figure(group.title, folders, mine),
-        ),
-    ]
+    words = f"{group.title}: force, wheel, crossing, lateral position of contact ({model})"
+    found = [Picture(name, words, group.figures[0], lambda: group_figure(group.title, mine))]
+    if any((path / "fields").is_dir() for path in folders.values()):
+        words = f"{group.title}: plastic strain seen from above, common legend ({model})"
+        draw = lambda: strain_figure(group.title, folders, mine)
+        found.append(Picture(f"{name}_strain", words, group.figures[1], draw))
+    return found
