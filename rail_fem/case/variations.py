@@ -31,14 +31,14 @@ class VariationError(ValueError):
     """A --set or --vary that cannot be read; the message says which and how it is written."""
 
 
-def read_setting(text: str, option: str = "--set") -> tuple[str, Any]:
+def read_setting(text: str) -> tuple[str, Any]:
     """ "scene.speed=60mph" to its key and value: numbers, true, false, lists as TOML has them, else text.
 
     Errors: VariationError.
     """
     key, equals, value = (part.strip() for part in text.partition("="))
     if not equals or not key or not value:
-        raise VariationError(f'{option} {typed(text)}: write KEY=VALUE, e.g. {option} "scene.speed=60 mph"')
+        raise VariationError(f'--set {typed(text)}: write KEY=VALUE, e.g. --set "scene.speed=60 mph"')
     return key, plain_value(value)
 
 

@@ -94,12 +94,10 @@ def pass_contacts(
     spacing: float = SPACING,
     start: float | None = None,
     end: float | None = None,
-    shift: float = 0.0,
     options: PatchOptions | None = None,
 ) -> PassContacts:
     """The patches of a pass, every `spacing` [m] of the wheel's path between start and end [m] (None: the whole pass).
 
-    shift : lateral position of the wheel towards its field side [m]; the forces stay those of the result
     Raises ValueError where the result holds no forces on wing and nose, or the stretch lies outside of it.
     """
     scene, history = result.scene, result.history
@@ -114,7 +112,7 @@ def pass_contacts(
     order = np.argsort(history["x"])
     at = np.arange(min(first, last), max(first, last) + spacing / 2, spacing)
     at = np.clip(at, low, high)
-    table = contact_table(scene, at[0], at[-1], spacing, shift)
+    table = contact_table(scene, at[0], at[-1], spacing)
     forces = np.stack([np.interp(table.x, history["x"][order], history[f"force_{b}"][order]) for b in BODIES])
     return table_contacts(scene, table, forces, options or PatchOptions())
 

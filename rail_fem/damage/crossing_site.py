@@ -29,7 +29,7 @@ from rail_fem.damage.groove import FlowLaw, Grooves, carried_beyond, groove_stri
 from rail_fem.damage.impacts import LargestImpact, largest_impact
 from rail_fem.damage.reach import reach_of
 from rail_fem.damage.wear import WearLaw
-from rail_fem.damage.wheel_wear import circumference, wheel_lines, wheel_wear
+from rail_fem.damage.wheel_wear import circumference, wheel_wear
 from rail_fem.damage.worn_surface import WornSurface
 from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.vertical_pass import LightPass, run_pass
@@ -113,28 +113,28 @@ class CrossingRate(Rate):
 class CrossingSite(Site):
     """base : the unworn crossing;  run : numerics of the pass;  spacing : between patches [m];  factor : of calibration
     on all laws;  hardness, shear_yield [Pa];  pool : processes that share the passes; None: this one
-    flow : (2, m, n) depths by which plastic flow lowered the surfaces before they wear [m]; None: it did not
     flow_law : of the flow that goes on with the passes; None: none does
     deposit : where along the rail a patch wears it, as of damage.deposit in a case file
-    wheel_laws : of the wheels' wear, as many as laws; None: the rail's own;  wheel_lines (n,) : coordinates of their
-    profiles [m];  fatigue : damage of a contact by its T gamma"""
+    wheel_laws : of the wheels' wear, as many as laws;  wheel_lines (n,) : coordinates of their profiles [m]
+    fatigue : damage of a contact by its T gamma
+    flow : (2, m, n) depths by which plastic flow lowered the surfaces before they wear [m]; None: it did not"""
 
     base: UnwornCrossing
     passes: tuple[CrossingPass, ...]
     laws: Mapping[str, WearLaw]
     run: RigidHertzSettings
     grid: tuple[np.ndarray, np.ndarray]
-    spacing: float = 2e-3
-    factor: float = 1.0
-    hardness: float = 5e9
-    shear_yield: float = 300e6
-    pool: Pool | None = field(default=None, repr=False)
+    spacing: float
+    factor: float
+    hardness: float
+    shear_yield: float
+    pool: Pool | None = field(repr=False)
+    flow_law: FlowLaw | None
+    deposit: Deposit
+    wheel_laws: Mapping[str, WearLaw]
+    wheel_lines: np.ndarray = field(repr=False)
+    fatigue: WholeLifeRail
     flow: np.ndarray | None = field(default=None, repr=False)
-    flow_law: FlowLaw | None = None
-    deposit: Deposit = "position"
-    wheel_laws: Mapping[str, WearLaw] | None = None
-    wheel_lines: np.ndarray = field(default_factory=lambda: wheel_lines(0.25e-3), repr=False)
-    fatigue: WholeLifeRail = WholeLifeRail()
 
     def first(self) -> WornSurface:
         """The crossing before any pass."""
@@ -158,7 +158,7 @@ class CrossingSite(Site):
         """Mean wear of one pass over the worn crossing. Errors: CrossingError where a wheel derails."""
         crossing = self.crossing(shape)
         jobs = [(self, one, crossing, shape) for one in self.passes]
-        found = (self.pool or Pool(Workers())).map(_job, jobs)
+        found = (self.pool or Pool(Workers())).map(pass_wear, jobs)
         shares, metal = [one.weight for one in self.passes], self.metal()
         depth, beyond = {}, {}
         for law in self.laws:
@@ -209,16 +209,11 @@ def _mean(shares: list[float], found: list[PassWear], pick, shape: tuple[int, ..
     return out
 
 
-def _job(job: tuple[CrossingSite, CrossingPass, AnyCrossing, WornSurface]) -> PassWear:
-    return pass_wear(*job)
-
-
-def pass_wear(
-    site: CrossingSite, one: CrossingPass, crossing: AnyCrossing, shape: WornSurface | None = None
-) -> PassWear:
+def pass_wear(job: tuple[CrossingSite, CrossingPass, AnyCrossing, WornSurface]) -> PassWear:
     """One pass over a crossing as it is now, its steel as a shape says: forces, patches, wear, grooves."""
+    site, one, crossing, shape = job
     yields = None
-    if site.flow_law is not None and shape is not None:
+    if site.flow_law is not None:
         yields = partial(left_to_flow, site.flow_law, site.grid, one.scene, shape)
     table, light = dynamics(one, crossing, site.run, site.spacing, yields)
     order = np.argsort(light.x)
@@ -228,8 +223,7 @@ def pass_wear(
     lengthwise = site.deposit == "length"
     worn = wear_field(contacts, site.laws, site.factor, site.spacing, site.grid, lengthwise, reach)
     pressed, crack = groove_field(site, one.scene, contacts, shape), crack_field(site, contacts)
-    laws = site.laws if site.wheel_laws is None else site.wheel_laws
-    wheel = wheel_wear(contacts, one.scene, table.datum, laws, site.factor, site.spacing, site.wheel_lines)
+    wheel = wheel_wear(contacts, one.scene, table.datum, site.wheel_laws, site.factor, site.spacing, site.wheel_lines)
     touched = np.flatnonzero(
         sum(own.sum(axis=0) for parts in (worn.work, *worn.depth.values()) for own in parts.values())
         + pressed.sum(axis=(0, 1, 2))
@@ -269,11 +263,11 @@ def crack_field(site: CrossingSite, contacts: PassContacts) -> np.ndarray:
     return fallen / np.maximum(deposit(wide, one, share, x, y), 1.0)
 
 
-def groove_field(site: CrossingSite, scene: Scene, contacts: PassContacts, shape: WornSurface | None) -> np.ndarray:
+def groove_field(site: CrossingSite, scene: Scene, contacts: PassContacts, shape: WornSurface) -> np.ndarray:
     """(2, 2, m, n) depths that a pass still presses into wing and nose [m], and the squares of strain of that. Nothing
     where contacts are too steep for a plan. Zeros (2, 2, 1, n) where nothing flows."""
     x, y = site.grid
-    if site.flow_law is None or shape is None:
+    if site.flow_law is None:
         return np.zeros((2, len(BODIES), 1, len(y)))
     force, cosine = contacts.patches.normal_force, np.cos(contacts.angle)
     width = contacts.patches.grid.dy * contacts.patches.grid.ny / 2 * cosine

@@ -176,9 +176,9 @@ def sine_positions(mean: float, amplitude: float, count: int) -> tuple[np.ndarra
     return mean + amplitude * np.cos(phase), np.full(count, 1 / count)
 
 
-def scattered(mean: float, deviation: float, count: int = 5) -> tuple[np.ndarray, np.ndarray]:
-    """Places [m] of a normal distribution and their shares, by Gauss and Hermite's rule; one without scatter."""
+def scattered(mean: float, deviation: float) -> tuple[np.ndarray, np.ndarray]:
+    """Places [m] of a normal distribution and their shares, by Gauss and Hermite's rule of five; one at no scatter."""
     if deviation == 0:
         return np.array([mean]), np.ones(1)
-    nodes, weights = np.polynomial.hermite_e.hermegauss(count)
+    nodes, weights = np.polynomial.hermite_e.hermegauss(5)
     return mean + deviation * nodes, weights / weights.sum()

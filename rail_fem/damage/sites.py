@@ -222,11 +222,11 @@ def crossing_site(
         settings.hardness,
         settings.shear_yield,
         pool,
-        flow_law=FlowLaw(settings.flow_limit, settings.flow_share) if settings.plastic_flow else None,
-        deposit=settings.deposit,
-        wheel_laws=laws_of(settings, wheels=True),
-        wheel_lines=wheel_lines(settings.plan_spacing),
-        fatigue=fatigue_of(settings),
+        FlowLaw(settings.flow_limit, settings.flow_share) if settings.plastic_flow else None,
+        settings.deposit,
+        laws_of(settings, wheels=True),
+        wheel_lines(settings.plan_spacing),
+        fatigue_of(settings),
     )
 
 

@@ -85,13 +85,13 @@ def nearest_point(rail: Body, wheel: Body) -> np.ndarray:
     return points[np.argmin(np.where(np.abs(points[:, 0]) < 0.03, gap, np.inf))]
 
 
-def struck_rail(element: float = 0.1 * MM, cell: float = 1.5 * MM, coarse: float = 5 * MM) -> Struck:
-    """The rail ready to be struck: boundary elements and cells near the contact, and the largest cells [m]."""
+def struck_rail(element: float, cell: float) -> Struck:
+    """The rail ready to be struck: boundary elements and cells near the contact [m]."""
     rail, wheel = wheel_and_rail()
     middle = nearest_point(rail, wheel)[None]
     sizing = Sizing(4 * MM, [Zone(middle, element, 4 * MM)], 0.25)
     mesh, other = mesh_outline(rail.outline, sizing), mesh_outline(wheel.outline, sizing)
-    cells = fill_with_cells(mesh, Sizing(coarse, [Zone(middle, cell, 5 * MM)], 0.2))
+    cells = fill_with_cells(mesh, Sizing(5 * MM, [Zone(middle, cell, 5 * MM)], 0.2))
     return Struck(Inertial(rail, mesh, cells, DENSITY), StrikerOutline(wheel, other), 0.3 * MM)
 
 

@@ -167,11 +167,11 @@ def main(
     publish("plane_plastic", out, [table(rows)], panels(rows, contact), title, "\n\n".join(texts))
 
 
-def compare_means(sizes=SIZES, judge_sizes=JUDGE_SIZES, steps: int = 20) -> Iterator[str]:
+def compare_means(steps: int = 20) -> Iterator[str]:
     """Means over equal squares at the last load, without hardening and with; Markdown."""
     for words, slope in (("no hardening", 0.0), (f"slope of {SLOPE / 1e9:g} GPa", SLOPE)):
-        contacts = [press(size, steps, slope)[0] for size in sizes]
+        contacts = [press(size, steps, slope)[0] for size in SIZES]
         window = window_of(contacts[0])
-        ours = [of_cells(contact, window, size) for contact, size in zip(contacts, sizes)]
-        judges = [of_elements(judge(contacts[0], size, steps, slope), window, size) for size in judge_sizes]
+        ours = [of_cells(contact, window, size) for contact, size in zip(contacts, SIZES)]
+        judges = [of_elements(judge(contacts[0], size, steps, slope), window, size) for size in JUDGE_SIZES]
         yield means_table(ours, judges, words)

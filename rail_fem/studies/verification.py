@@ -25,6 +25,7 @@ from rail_fem.hierarchy import MODELS, smoke_requested
 from rail_fem.show.table_and_figure import publish
 from rail_fem.studies.harness import OUT, QUICK
 
+SEED = 100  # of the cases of the estimates
 ROOT = Path(__file__).resolve().parents[2]
 HARD_CASES = (
     "tests/fe/test_hard_elements.py",
@@ -43,12 +44,12 @@ def exact_problems(coarse: bool) -> str:
     return said + "\n".join(markdown_table(orders.HEAD, rows)) + "\n"
 
 
-def estimates(share: float, seed: int = 100) -> str:
+def estimates(share: float) -> str:
     """Error estimates of the contact solvers on seeded cases that did not serve to choose their constants."""
     head = ["estimate of", "cases", "error within it", "median of estimate over error", "median error"]
     lines = []
     for part, (cases, _) in estimates_study.PARTS.items():
-        rows = estimates_study.rows_of(part, seed, max(1, round(share * cases)))
+        rows = estimates_study.rows_of(part, SEED, max(1, round(share * cases)))
         for quantity, (count, covered, ratio, error) in estimates_study.summary(rows).items():
             lines.append([quantity, f"{count}", f"{covered:.0%}", f"{ratio:.1f}", f"{error:.1e}"])
     return "\n".join(markdown_table(head, lines)) + "\n"

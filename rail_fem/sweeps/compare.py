@@ -119,19 +119,19 @@ def settled_path(result: PassResult) -> np.ndarray:
     return result.history["x"][result.history["time"] > result.settings.get("settle_time", -1.0)]
 
 
-def along(result: PassResult, x: np.ndarray, name: str) -> np.ndarray:
-    """A history at positions x (n,)."""
+def along(result: PassResult, x: np.ndarray) -> np.ndarray:
+    """The history of the force at positions x (n,)."""
     order = np.argsort(result.history["x"], kind="stable")
-    return np.interp(x, result.history["x"][order], result.history[name][order])
+    return np.interp(x, result.history["x"][order], result.history["force"][order])
 
 
-def history_error(result: PassResult, reference: PassResult, name: str = "force") -> float:
-    """Relative L2 difference of a history over the common path; NaN where there is none."""
+def history_error(result: PassResult, reference: PassResult) -> float:
+    """Relative L2 difference of the force's history over the common path; NaN where there is none."""
     path, x = common_path(result, reference), settled_path(reference)
     x = x[(x >= path.low) & (x <= path.high)]
     if not len(x) or not len(result.history["x"]):
         return NAN
-    exact, found = along(reference, x, name), along(result, x, name)
+    exact, found = along(reference, x), along(result, x)
     return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
 
 
