@@ -100,20 +100,11 @@ def _gather(edges: list[tuple[np.ndarray, np.ndarray]], side: np.ndarray, whole:
         points.append(place)
         weights.append(weight)
         owner_of_point.append(np.full(len(place), k))
-    z = np.concatenate(points)
-    centre = np.array(centres)
-    return Cells(
-        np.concatenate([start for start, _ in edges]),
-        np.concatenate([end for _, end in edges]),
-        np.concatenate([np.full(len(start), k) for k, (start, _) in enumerate(edges)]),
-        np.array(areas),
-        np.column_stack([centre.real, centre.imag]),
-        side,
-        whole,
-        np.column_stack([z.real, z.imag]),
-        np.concatenate(owner_of_point),
-        np.concatenate(weights),
-    )
+    start, end = (np.concatenate(ends) for ends in zip(*edges))
+    owner = np.repeat(np.arange(len(edges)), [len(own) for own, _ in edges])
+    centre, place = (np.column_stack([z.real, z.imag]) for z in (np.array(centres), np.concatenate(points)))
+    quadrature = place, np.concatenate(owner_of_point), np.concatenate(weights)
+    return Cells(start, end, owner, np.array(areas), centre, side, whole, *quadrature)
 
 
 def _moments(start: np.ndarray, end: np.ndarray) -> tuple[float, complex]:

@@ -58,16 +58,9 @@ def shift_curves(search: ContactSearch, shift: np.ndarray) -> ShiftCurves:
     shift = np.asarray(shift, float)
     states = [search.settle(y) for y in shift]
     points = [[search.contacts(state, side).lowest() for state in states] for side in SIDES]
-    gather = lambda name: np.array([[getattr(p, name)[0] for p in row] for row in points])
-    return ShiftCurves(
-        shift,
-        np.array([s.roll for s in states]),
-        np.array([s.z for s in states]),
-        gather("rolling_radius"),
-        gather("angle"),
-        gather("station"),
-        gather("rail_station"),
-    )
+    of_points = ("rolling_radius", "angle", "station", "rail_station")
+    found = [np.array([[getattr(p, name)[0] for p in row] for row in points]) for name in of_points]
+    return ShiftCurves(shift, np.array([s.roll for s in states]), np.array([s.z for s in states]), *found)
 
 
 def wavelength(

@@ -400,20 +400,9 @@ def contact_row(position, wheel, rail, pose):
     across = (-steep * tangent * forward + lean * lean * left + tangent * up) / (size * lean)
     size = np.sqrt(lean * lean + rail_slope * rail_slope)
     ex, ey = -steep * rail_slope / (size * lean), lean / size
-    rail_xx, rail_xt, rail_tt = (
-        of.z_xx / (lean * lean),
-        (of.z_xx * ex + of.z_xy * ey) / lean,
-        of.z_xx * ex * ex + 2 * of.z_xy * ex * ey + of.z_yy * ey * ey,
-    )
-    return ContactRow(
-        of.x,
-        of.y,
-        of.z,
-        steep,
-        tangent,
-        radius,
-        of.z - of.rail_z,
-        round_axle * along**2 + meridian * across**2 - rail_xx / size,
-        (round_axle - meridian) * along * across - rail_xt / size,
-        round_axle * across**2 + meridian * along**2 - rail_tt / size,
-    )
+    rail_xx, rail_xt = of.z_xx / (lean * lean), (of.z_xx * ex + of.z_xy * ey) / lean
+    rail_tt = of.z_xx * ex * ex + 2 * of.z_xy * ex * ey + of.z_yy * ey * ey
+    a_xx = round_axle * along**2 + meridian * across**2 - rail_xx / size
+    a_xt = (round_axle - meridian) * along * across - rail_xt / size
+    a_tt = round_axle * across**2 + meridian * along**2 - rail_tt / size
+    return ContactRow(of.x, of.y, of.z, steep, tangent, radius, of.z - of.rail_z, a_xx, a_xt, a_tt)

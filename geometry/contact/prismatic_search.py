@@ -214,15 +214,8 @@ class ContactSearch:
                 f"lateral {lateral:g} m, yaw {yaw:g} rad: no roll brings both wheels down, {left:.3g} m are left at"
                 f' roll {roll:g} rad; hold the wheelset at the level of the rail (held_at="rail") or shift it less'
             )
-        axle = lateral - lever * np.sin(roll) * np.cos(yaw), height + lever * np.cos(roll)
-        return replace(
-            self.wheelset,
-            x=self.wheelset.x + lever * np.sin(roll) * np.sin(yaw),
-            y=axle[0],
-            z=axle[1],
-            yaw=yaw,
-            roll=roll,
-        )
+        x, y = self.wheelset.x + lever * np.sin(roll) * np.sin(yaw), lateral - lever * np.sin(roll) * np.cos(yaw)
+        return replace(self.wheelset, x=x, y=y, z=height + lever * np.cos(roll), yaw=yaw, roll=roll)
 
     def contacts(self, state: Wheelset, side: str, reach: float = 0.0) -> Contacts:
         """Points of a side where the vertical gap is least, and all that touch or penetrate.
@@ -261,20 +254,12 @@ class ContactSearch:
         normal = np.column_stack([-of.slope_x / size, -sign * of.slope_y / size, 1 / size])
         heading = np.array([np.cos(state.yaw), np.sin(state.yaw), 0.0])
         middle, spread = (of.a_xx + of.a_tt) / 2, np.hypot((of.a_xx - of.a_tt) / 2, of.a_xt)
-        return Contacts(
-            side,
-            position,
-            normal,
-            (position - [state.x, state.y, state.z]) @ heading,
-            found[STATION].copy(),
-            self.rail_station(side, of.y, of.z - of.gap),
-            np.arctan(of.slope_y / np.sqrt(1 + of.slope_x**2)),
-            of.radius,
-            (of.gap + state.z) / size,
-            np.column_stack([middle - spread, middle + spread]),
-            np.column_stack([of.a_xx, of.a_xt, of.a_tt]),
-            bool(len(of.z) and of.z[np.argmin(of.gap)] + state.z - self.flange_tip(state, side) < FLANGE_TOP),
-        )
+        ahead = (position - [state.x, state.y, state.z]) @ heading
+        stations = found[STATION].copy(), self.rail_station(side, of.y, of.z - of.gap)
+        angle, gap = np.arctan(of.slope_y / np.sqrt(1 + of.slope_x**2)), (of.gap + state.z) / size
+        bends = np.column_stack([middle - spread, middle + spread]), np.column_stack([of.a_xx, of.a_xt, of.a_tt])
+        on_tip = len(of.z) and of.z[np.argmin(of.gap)] + state.z - self.flange_tip(state, side) < FLANGE_TOP
+        return Contacts(side, position, normal, ahead, *stations, angle, of.radius, gap, *bends, bool(on_tip))
 
     def flange_tip(self, state: Wheelset, side: str) -> float:
         """Height of the lowest point of the flange in track axes [m]."""

@@ -65,24 +65,8 @@ def closest_on_prism(s, tread, slope, bend, rail, pose):
         return no_point(0.0)
     if of.y < rail[0, 0] or of.y > rail[0, rail.shape[1] - 1]:
         return no_point(-1.0 if of.y < rail[0, 0] else 1.0)
-    top = cubic(of.y, rail)
-    return ClosestPoint(
-        True,
-        0.0,
-        of.x,
-        of.y,
-        of.z,
-        top.value,
-        of.slope,
-        top.slope,
-        of.advance,
-        of.sine,
-        of.cosine,
-        0.0,
-        0.0,
-        0.0,
-        top.second,
-    )
+    (height, slope, bend), (_, x, y, z, wheel_slope, advance, sine, cosine) = cubic(of.y, rail), of
+    return ClosestPoint(True, 0.0, x, y, z, height, wheel_slope, slope, advance, sine, cosine, 0.0, 0.0, 0.0, bend)
 
 
 @for_each_rail(

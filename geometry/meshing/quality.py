@@ -82,23 +82,12 @@ def mesh_quality(mesh: HexMesh, wave_speed: float = WAVE_SPEED) -> MeshQuality:
     worst = jacobian.argmin()
     counts = {f"cells in {name}": int((mesh.region == i).sum()) for i, name in enumerate(mesh.region_names)}
     counts |= {"nodes": len(mesh.points), "surface quads": len(mesh.surface), "clamped nodes": len(mesh.clamp)}
-    return MeshQuality(
-        counts,
-        float(jacobian[worst]),
-        cell_centres(mesh.points, mesh.cells[[worst]])[0],
-        float(shortest.min()),
-        float(longest.max()),
-        wave_speed,
-        float(length.min()),
-        float(length.min() / wave_speed),
-        float(eigen.min() / wave_speed),
-        slowest,
-        cell_centres(mesh.points, mesh.cells[slowest]),
-        length[slowest],
-        volume[slowest],
-        longest[slowest] / shortest[slowest],
-        len(mesh.cells) * wave_speed / float(length.min()),
-    )
+    least, edges = float(length.min()), (float(shortest.min()), float(longest.max()))
+    steps = wave_speed, least, least / wave_speed, float(eigen.min() / wave_speed)
+    centres = cell_centres(mesh.points, mesh.cells[np.append(worst, slowest)])
+    of_slowest = slowest, centres[1:], length[slowest], volume[slowest], longest[slowest] / shortest[slowest]
+    cost = len(mesh.cells) * wave_speed / least
+    return MeshQuality(counts, float(jacobian[worst]), centres[0], *edges, *steps, *of_slowest, cost)
 
 
 def over_cells(measure: Callable[[np.ndarray], np.ndarray], points: np.ndarray, cells: np.ndarray) -> np.ndarray:

@@ -269,23 +269,9 @@ def closest_on_loft(s, tread, slope, bend, track, pose):
             zy = share * low_y + (1 - share) * high_y
             jump_x, jump_y = low_x - high_x, low_y - high_y
         p_s = -(jump_x * x_s + jump_y * y_s) / (turn * (jump_x * forth + jump_y * left))
-    return ClosestPoint(
-        True,
-        0.0,
-        circle.x,
-        circle.y,
-        circle.z,
-        rail.z,
-        -circle.n_y / circle.n_z,
-        zy,
-        y_s + left * turn * p_s,
-        sine,
-        cosine,
-        p,
-        rail.z_xx,
-        rail.z_xy,
-        rail.z_yy,
-    )
+    x, y, z, slope, advance = circle.x, circle.y, circle.z, -circle.n_y / circle.n_z, y_s + left * turn * p_s
+    bends = rail.z_xx, rail.z_xy, rail.z_yy
+    return ClosestPoint(True, 0.0, x, y, z, rail.z, slope, zy, advance, sine, cosine, p, bends[0], bends[1], bends[2])
 
 
 @njit(cache=True, error_model="numpy")

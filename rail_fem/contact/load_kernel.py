@@ -261,29 +261,14 @@ def strip_row(low, high, height, wheel, rail, pose):
         sine, cosine, steep = of.sine, of.cosine, of.slope_x
         tilt, lean = 0.5 * (of.wheel_slope + of.rail_slope), np.sqrt(1 + steep * steep)
         size = np.sqrt(lean * lean + tilt * tilt)
-        forward, left, up = (
-            cosine * pose.cos_yaw + sine * pose.sin_roll * pose.sin_yaw,
-            cosine * pose.sin_yaw - sine * pose.sin_roll * pose.cos_yaw,
-            sine * pose.cos_roll,
-        )
-        along, side = (
-            (forward + up * steep) / lean,
-            (lean * lean * left + tilt * up - steep * tilt * forward) / (size * lean),
-        )
+        forward = cosine * pose.cos_yaw + sine * pose.sin_roll * pose.sin_yaw
+        left, up = cosine * pose.sin_yaw - sine * pose.sin_roll * pose.cos_yaw, sine * pose.cos_roll
+        along = (forward + up * steep) / lean
+        side = (lean * lean * left + tilt * up - steep * tilt * forward) / (size * lean)
         stretch = np.sqrt(1 + slope * slope)
         about, meridian = 1 / ((pose.radius - tread) * stretch), bend / stretch**3
-        sums += np.array(
-            [
-                of.x,
-                of.y,
-                of.z,
-                steep,
-                tilt,
-                (of.rail_z - of.z - height) / size,
-                (about * along**2 + meridian * side**2) * lean * lean,
-                min(max(of.advance, 0.0), MOST_ADVANCE),
-            ]
-        )
+        deep, bends = (of.rail_z - of.z - height) / size, (about * along**2 + meridian * side**2) * lean * lean
+        sums += np.array([of.x, of.y, of.z, steep, tilt, deep, bends, min(max(of.advance, 0.0), MOST_ADVANCE)])
         total += 1
     if total == 0:
         return row
@@ -319,13 +304,8 @@ def cells_of(strips, found, rail):
     m, length = strips.shape[1], 0.0
     for i in range(m):
         length = max(length, 2 * max(strips[BEHIND, i], strips[AHEAD, i]) / ROWS)
-    strip, row, away, depth, count = (
-        np.empty(m * ROWS, np.int64),
-        np.empty(m * ROWS, np.int64),
-        np.empty(m * ROWS),
-        np.empty(m * ROWS),
-        0,
-    )
+    strip, row, count = np.empty(m * ROWS, np.int64), np.empty(m * ROWS, np.int64), 0
+    away, depth = np.empty(m * ROWS), np.empty(m * ROWS)
     for i in range(m):
         for k in range(ROWS):
             x = (k + 0.5 - 0.5 * ROWS) * length
@@ -351,20 +331,8 @@ def add_carried(force, cells, strips, found, ends, carried):
             if share <= 0:
                 continue
             f = share * force[c]
-            carried[:10, k] += f * np.array(
-                [
-                    1.0,
-                    of[NY],
-                    of[NZ],
-                    of[NX],
-                    x,
-                    of[Y],
-                    of[Z],
-                    station,
-                    x * x + cells.length**2 / 12,
-                    of[Y] ** 2 + of[Z] ** 2 + of[WIDTH] ** 2 / 12,
-                ]
-            )
+            xx, across = x * x + cells.length**2 / 12, of[Y] ** 2 + of[Z] ** 2 + of[WIDTH] ** 2 / 12
+            carried[:10, k] += f * np.array([1.0, of[NY], of[NZ], of[NX], x, of[Y], of[Z], station, xx, across])
             carried[10, k], carried[11, k] = max(carried[10, k], tilt), min(carried[11, k], tilt)
 
 
