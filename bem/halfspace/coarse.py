@@ -15,14 +15,8 @@ FORCE_STAIRS = 0.02  # for edge_share, of a tangential force
 
 def coarse_grid(grid: Grid) -> Grid:
     """The grid at doubled cell sides (the last row or column reaches half out where the count is odd)."""
-    return Grid(
-        grid.x_first + grid.dx / 2,
-        grid.y_first + grid.dy / 2,
-        2 * grid.dx,
-        2 * grid.dy,
-        (grid.nx + 1) // 2,
-        (grid.ny + 1) // 2,
-    )
+    x, y = grid.x_first + grid.dx / 2, grid.y_first + grid.dy / 2
+    return Grid(x, y, 2 * grid.dx, 2 * grid.dy, (grid.nx + 1) // 2, (grid.ny + 1) // 2)
 
 
 def coarse_field(field: np.ndarray, fill: str = "edge") -> np.ndarray:

@@ -147,15 +147,8 @@ def _solve(gap: Gap, grid: Grid, pair: Pair, load, approach, estimate: bool) -> 
     start = fine_pressure(coarse.pressure, grid.shape) if coarse is not None else None
     operator = NormalOperator(grid, pair)
     solution = solve_pressure(operator, values, load, approach, start)
-    patch = Patch(
-        grid,
-        values,
-        solution.pressure,
-        solution.approach,
-        HALF_SPACE,
-        cost=Cost(np.nan, solution.iterations, operator.products),
-        warnings=solution.notes,
-    )
+    cost = Cost(np.nan, solution.iterations, operator.products)
+    patch = Patch(grid, values, solution.pressure, solution.approach, HALF_SPACE, cost=cost, warnings=solution.notes)
     if estimate and coarse is not None:
         coarser = _coarse_patch(gap, coarse.grid, coarse.gap, pair, load, approach)
         patch.error = _estimate(coarser, coarse, patch, approach is None)
@@ -195,12 +188,6 @@ def _empty(gap: Gap, grid: Grid | None, window: Window | None, cells: tuple[int,
             raise ContactInputError("give a grid, or a gap function with a window")
         grid = Grid.over(*window, *cells)
     values = evaluate_gap(gap, grid) if callable(gap) else gap_values(gap, grid)
-    return Patch(
-        grid,
-        values,
-        np.zeros(grid.shape),
-        float(values.min()),
-        HALF_SPACE,
-        cost=Cost(0.0, 0, 0),
-        warnings=("load 0 N: the bodies touch without pressure, the patch is empty",),
-    )
+    patch = Patch(grid, values, np.zeros(grid.shape), float(values.min()), HALF_SPACE, cost=Cost(0.0, 0, 0))
+    patch.warnings = ("load 0 N: the bodies touch without pressure, the patch is empty",)
+    return patch

@@ -101,18 +101,10 @@ class RolledEllipses:
         """One of them by itself."""
         half = (self.grid.nx - 1) / 2, (self.grid.ny - 1) / 2
         dx, dy = float(self.grid.dx[i]), float(self.grid.dy[i])
-        return Patch(
-            Grid(-half[0] * dx, -half[1] * dy, dx, dy, *self.grid.shape),
-            None,
-            self.pressure[i],
-            np.nan,
-            self.method,
-            self.traction[i],
-            self.slip[i],
-            self.stick[i],
-            float(self.friction[i]),
-            Creepage(*map(float, self.creepage[i])),
-        )
+        grid = Grid(-half[0] * dx, -half[1] * dy, dx, dy, *self.grid.shape)
+        fields, friction = (self.traction[i], self.slip[i], self.stick[i]), float(self.friction[i])
+        creepage = Creepage(*map(float, self.creepage[i]))
+        return Patch(grid, None, self.pressure[i], np.nan, self.method, *fields, friction, creepage)
 
     def taken(self, order: np.ndarray) -> RolledEllipses:
         """Those at indices `order`, in that order."""

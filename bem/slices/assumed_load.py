@@ -211,17 +211,10 @@ def _solve(
             f"a slice touches where elements are {coarsest:.2g} m long, {coarsest / size:.1f} times those of the middle"
             " slice",
         )
-    return LoadedSlicePatch(
-        grid,
-        gap(*grid.points()),
-        pressure,
-        np.nan,
-        "2.5D slices by load",
-        cost=Cost(np.nan, sum(s.iterations for s in states), 0),
-        warnings=notes,
-        **place,
-        slice_approach=np.array([-state.motion[1] for state in states]),
-    )
+    patch = LoadedSlicePatch(grid, gap(*grid.points()), pressure, np.nan, "2.5D slices by load", **place)
+    patch.cost, patch.warnings = Cost(np.nan, sum(s.iterations for s in states), 0), notes
+    patch.slice_approach = np.array([-state.motion[1] for state in states])
+    return patch
 
 
 def _plane_contact(gap: SliceGap, line_load: float, across: int) -> tuple[float, ContactResult]:

@@ -311,16 +311,9 @@ def _solve_on(problem: _Problem, grid: Grid, corrections: list[Flexibility]) -> 
             " the bodies slide along each other as far as they close; press along a direction nearer to the face's"
             " normal",
         )
-    return SlicePatch(
-        grid,
-        along * cosines,
-        solution.pressure / cosines,
-        solution.approach,
-        "2.5D slices",
-        cost=Cost(np.nan, iterations, operator.products),
-        warnings=notes,
-        **problem.gap.place(grid.y),
-    )
+    fields, place = (along * cosines, solution.pressure / cosines, solution.approach), problem.gap.place(grid.y)
+    cost = Cost(np.nan, iterations, operator.products)
+    return SlicePatch(grid, *fields, "2.5D slices", cost=cost, warnings=notes, **place)
 
 
 def _gap_at(problem: _Problem, grid: Grid, approach: float) -> np.ndarray:
@@ -379,16 +372,9 @@ def _estimate(problem: _Problem, fine: SlicePatch, stations: int) -> ErrorEstima
 
 
 def _untouched(problem: _Problem, grid: Grid, clock: StageClock) -> SlicePatch:
-    values = evaluate_gap(problem.gap, grid)
+    values, place = evaluate_gap(problem.gap, grid), problem.gap.place(grid.y)
     clock.stop("positioning")
-    return SlicePatch(
-        grid,
-        values,
-        np.zeros(grid.shape),
-        float(values.min()),
-        "2.5D slices",
-        cost=Cost(clock.seconds["positioning"], 0, 0),
-        warnings=("load 0 N: the bodies touch without pressure, the patch is empty",),
-        seconds=clock.seconds,
-        **problem.gap.place(grid.y),
-    )
+    patch = SlicePatch(grid, values, np.zeros(grid.shape), float(values.min()), "2.5D slices", **place)
+    patch.seconds, patch.cost = clock.seconds, Cost(clock.seconds["positioning"], 0, 0)
+    patch.warnings = ("load 0 N: the bodies touch without pressure, the patch is empty",)
+    return patch

@@ -121,15 +121,9 @@ class ContactPair:
     ) -> Patch:
         """The half-space's patch under a vertical wheel load [N]; arguments and errors of
         bem.halfspace.normal.normal_contact."""
-        return normal_contact(
-            self.gap,
-            self.wheel_steel,
-            self.rail_steel,
-            load=self.normal_force(wheel_load),
-            window=window or self.window(),
-            cells=cells,
-            estimate=estimate,
-        )
+        load, window = self.normal_force(wheel_load), window or self.window()
+        steels = self.wheel_steel, self.rail_steel
+        return normal_contact(self.gap, *steels, load=load, window=window, cells=cells, estimate=estimate)
 
     def radii(self) -> tuple[float, float]:
         """Relative radii [m] along x' and s at the first point of contact, from a chord of 1 mm."""

@@ -158,17 +158,10 @@ def _between_bounds(
         deep = (load / (0.7 * modulus)) ** (2 / 3)
         while load > 0 and carried(side, roll, in_contact - deep) < load:
             deep *= 2
-        return (
-            in_contact
-            if load == 0
-            else brentq(
-                lambda height: carried(side, roll, height) / load - 1,
-                in_contact - deep,
-                in_contact,
-                xtol=1e-17,
-                rtol=1e-15,
-            )
-        )
+        if load == 0:
+            return in_contact
+        short = lambda height: carried(side, roll, height) / load - 1
+        return brentq(short, in_contact - deep, in_contact, xtol=1e-17, rtol=1e-15)
 
     low, high, reach = roll, roll, 1e-4
     while excess(low)[1] > 0 and reach < 0.2:

@@ -76,15 +76,8 @@ class MethodRow:
     @classmethod
     def of(cls, method: str, patch: Patch) -> MethodRow:
         """The numbers of a solver's patch."""
-        return cls(
-            method,
-            patch.max_pressure,
-            *patch.extent,
-            patch.contact_area,
-            patch.cost.seconds,
-            patch,
-            effective_area(patch),
-        )
+        area, seconds = patch.contact_area, patch.cost.seconds
+        return cls(method, patch.max_pressure, *patch.extent, area, seconds, patch, effective_area(patch))
 
 
 def effective_area(patch: Patch) -> float:
@@ -117,16 +110,8 @@ def method_rows(
     """Hertz, 2.5D by load, 2.5D by displacement and the half-space on one contact pair under WHEEL_LOAD."""
     slices = section_slices(pair, rail)
     exact: PointContact = hertz_of(SliceGap(slices), WHEEL_LOAD)
-    rows = [
-        MethodRow(
-            "Hertz, radii at the initial contact",
-            exact.max_pressure,
-            2 * exact.semi_x,
-            2 * exact.semi_y,
-            exact.area,
-            effective_area=exact.area,
-        )
-    ]
+    numbers = exact.max_pressure, 2 * exact.semi_x, 2 * exact.semi_y, exact.area
+    rows = [MethodRow("Hertz, radii at the initial contact", *numbers, effective_area=exact.area)]
     for sharing in ("elliptic", "parabolic"):
         for name, half in (("Hertz' length", None), ("2a = 11.32 mm", THESIS_HALF_LENGTH)):
             patch = loaded_slices(

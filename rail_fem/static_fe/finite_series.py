@@ -31,14 +31,8 @@ def zone_about(expected: Patch, size: float, width: float | None = None) -> Fine
     pressed = expected.grid.y[expected.pressure.any(axis=0)]
     half, margin = expected.extent[0] / 2, 0.06 * np.ptp(pressed) + size
     along, down = (np.ceil(share * half / size) * size for share in (1.1, 0.6))
-    return FineZone(
-        along,
-        (pressed[0] - margin, pressed[-1] + margin),
-        down,
-        size,
-        width or WIDTH * size,
-        1 + min(0.4, _GROWTH * size / half),
-    )
+    across, growth = (pressed[0] - margin, pressed[-1] + margin), 1 + min(0.4, _GROWTH * size / half)
+    return FineZone(along, across, down, size, width or WIDTH * size, growth)
 
 
 def finite_series(
