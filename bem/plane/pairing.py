@@ -56,12 +56,8 @@ NEWTON = 4  # steps along a curve
 @njit(cache=True, nogil=True)
 def _intersect(points, normals, begin, end, reach, behind):
     count = len(points)
-    found, segment, fraction, gap = (
-        np.zeros(count, np.bool_),
-        np.zeros(count, np.int64),
-        np.zeros(count),
-        np.full(count, np.inf),
-    )
+    found, segment = np.zeros(count, np.bool_), np.zeros(count, np.int64)
+    fraction, gap = np.zeros(count), np.full(count, np.inf)
     for i in range(count):
         x, y, nx, ny = points[i, 0], points[i, 1], normals[i, 0], normals[i, 1]
         nearest = np.inf

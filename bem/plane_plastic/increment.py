@@ -57,12 +57,8 @@ def solve_increment(
         strain = load(before + d, False)[0] + section.matrix @ (before + d)
         returned = radial_return(unflat(strain - before), state, section.hardening, shear)
         residual = d - 2 * shear * flat(returned.increment)
-        return (
-            returned,
-            residual,
-            strain,
-            scale * float(np.sqrt((residual.reshape(3, -1) ** 2).sum(axis=0).max(initial=0.0))),
-        )
+        worst = float(np.sqrt((residual.reshape(3, -1) ** 2).sum(axis=0).max(initial=0.0)))
+        return returned, residual, strain, scale * worst
 
     def change(at, found) -> tuple[np.ndarray]:
         returned, residual, _, error = found

@@ -157,13 +157,8 @@ class PlasticContact:
             here = between(share)
             return f"force {np.nan_to_num(here.load[:2])} N/m, motion {np.nan_to_num(here.motion[:2])} m"
 
-        reach(
-            self.section,
-            lambda share: _Pressed(self, between(share), self.slip, self.state),
-            accept,
-            describe,
-            tolerance,
-        )
+        pressed = lambda share: _Pressed(self, between(share), self.slip, self.state)
+        reach(self.section, pressed, accept, describe, tolerance)
         return self.steps[-1]
 
     def elastic_strains(self, controls: Sequence[Control]) -> list[np.ndarray]:

@@ -107,13 +107,8 @@ def slices_of_profiles(
     positions = np.asarray(x, float)
     if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0).all():
         raise ContactInputError("x of the slices: give at least two positions in rising order [m]")
-    return Slices(
-        lower,
-        upper,
-        _between(positions, lower_profiles, lower, "lower"),
-        _between(positions, upper_profiles, upper, "upper"),
-        direction,
-    )
+    of_lower = _between(positions, lower_profiles, lower, "lower")
+    return Slices(lower, upper, of_lower, _between(positions, upper_profiles, upper, "upper"), direction)
 
 
 def _between(positions: np.ndarray, profiles: Sequence[np.ndarray] | None, body: Body, name: str) -> Section | None:

@@ -18,16 +18,8 @@ TO_DEVIATOR = np.array(
         [0, 0, 0, 0, 0, _S2],
     ]
 )
-FROM_DEVIATOR = np.array(
-    [
-        [1 / _S2, -1 / _S6, 0, 0, 0],
-        [-1 / _S2, -1 / _S6, 0, 0, 0],
-        [0, 2 / _S6, 0, 0, 0],
-        [0, 0, 1 / _S2, 0, 0],
-        [0, 0, 0, 1 / _S2, 0],
-        [0, 0, 0, 0, 1 / _S2],
-    ]
-)
+FROM_DEVIATOR = TO_DEVIATOR.T.copy()
+FROM_DEVIATOR[[3, 4, 5], [2, 3, 4]] = 1 / _S2  # one of the tensor's two shears
 MEAN = np.array([1, 1, 1, 0, 0, 0]) / 3  # mean stress of a stress, order VOIGT
 ODD_X = np.array([0, 0, 0, 1, 1])  # whether a component changes sign when x is mirrored
 ODD_Y = np.array([0, 0, 1, 0, 1])

@@ -218,13 +218,9 @@ def spence_ratios(cells: float, steps: int) -> np.ndarray:
     """Stick width over contact width after each of the load steps of UNLIKE discs; nan where there is no single stick
     zone."""
     hertz = line_contact_of_width(HALF_WIDTH, DISC_RADIUS / 2, contact_modulus(*UNLIKE))
-    result = solve_contact(
-        *two_discs(DISC_RADIUS, *UNLIKE),
-        Control.of(force=(None, -hertz.force)),
-        spence_friction(),
-        Settings(size=HALF_WIDTH / cells),
-        steps=steps,
-    )
+    bodies, control = two_discs(DISC_RADIUS, *UNLIKE), Control.of(force=(None, -hertz.force))
+    settings = Settings(size=HALF_WIDTH / cells)
+    result = solve_contact(*bodies, control, spence_friction(), settings, steps=steps)
     ratios = []
     for step in range(steps):
         zones = result.stick_zones(step)

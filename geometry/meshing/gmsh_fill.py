@@ -78,18 +78,12 @@ def _subdivided(polygon, first, points, triangles, quads):
         centre = len(new)
         new.append(points[cell].mean(axis=0))
         for before, corner, after in zip(cell[-1:] + cell[:-1], cell, cell[1:] + cell[:1]):
-            for edge in (tuple(sorted((corner, after))), tuple(sorted((before, corner)))):
+            ahead, behind = tuple(sorted((corner, after))), tuple(sorted((before, corner)))
+            for edge in (ahead, behind):
                 if edge not in midpoint:
                     midpoint[edge] = len(new)
                     new.append((points[edge[0]] + points[edge[1]]) / 2)
-            result.append(
-                [
-                    number[corner],
-                    midpoint[tuple(sorted((corner, after)))],
-                    centre,
-                    midpoint[tuple(sorted((before, corner)))],
-                ]
-            )
+            result.append([number[corner], midpoint[ahead], centre, midpoint[behind]])
     return np.array(new), np.array(result, dtype=int).reshape(-1, 4)
 
 

@@ -61,13 +61,8 @@ class MeshQuality:
             f"cost {self.cost:.3e} cell updates per second of motion",
             "slowest cells: number, centre [mm], V / A_max [mm], volume [mm3], longest over shortest edge",
         ]
-        for cell, centre, length, volume, aspect in zip(
-            self.slowest,
-            self.slowest_centre * mm,
-            self.slowest_length * mm,
-            self.slowest_volume * mm**3,
-            self.slowest_aspect,
-        ):
+        sizes = self.slowest_length * mm, self.slowest_volume * mm**3, self.slowest_aspect
+        for cell, centre, length, volume, aspect in zip(self.slowest, self.slowest_centre * mm, *sizes):
             lines.append(
                 f"  {cell:8d}  ({centre[0]:8.1f}, {centre[1]:8.1f}, {centre[2]:8.1f})  {length:7.3f}  {volume:9.3f} "
                 f" {aspect:6.2f}"

@@ -286,12 +286,8 @@ def _unit_ellipses() -> tuple[np.ndarray, ...]:
     log_ratio = np.linspace(0, np.log(1e5), 240)
     radii = [(np.exp(r / 2), np.exp(-r / 2)) for r in log_ratio]
     patches = [point_contact(1.0, *pair, 1.0) for pair in radii]
-    return (
-        log_ratio,
-        np.array([contact_stiffness(*pair, 1.0) for pair in radii]),
-        np.array([p.semi_x for p in patches]),
-        np.array([p.semi_y for p in patches]),
-    )
+    axes = (np.array([getattr(p, name) for p in patches]) for name in ("semi_x", "semi_y"))
+    return log_ratio, np.array([contact_stiffness(*pair, 1.0) for pair in radii]), *axes
 
 
 def hertz_constants(radii: np.ndarray, modulus: float) -> np.ndarray:

@@ -160,9 +160,5 @@ def condense(
     shapes = np.hstack([shapes, all_modes])
     shift = np.tile(np.eye(3), (len(solid.nodes), 1))
     stiffness, mass = (shapes.T @ (matrix @ shapes) for matrix in (solid.stiffness, solid.mass))
-    return (
-        (stiffness + stiffness.T) / 2,
-        (mass + mass.T) / 2,
-        shift.T @ (solid.mass @ shapes),
-        float(shift[:, 0] @ (solid.mass @ shift[:, 0])),
-    )
+    momentum, weight = shift.T @ (solid.mass @ shapes), float(shift[:, 0] @ (solid.mass @ shift[:, 0]))
+    return (stiffness + stiffness.T) / 2, (mass + mass.T) / 2, momentum, weight

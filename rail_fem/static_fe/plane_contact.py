@@ -91,12 +91,8 @@ class Mortar:
 def couple(moving: PlaneBody, fixed: PlaneBody, upper: np.ndarray, lower: np.ndarray) -> Mortar:
     """Integrate over the upper edges (e, 3), cut at their middles and where corners of the lower edges (f, 3) lie."""
     count = 2 * len(upper) + 1
-    mortar = Mortar(
-        np.zeros((2 * len(moving.nodes), count)),
-        np.zeros((2 * len(fixed.nodes), count)),
-        np.zeros(count),
-        np.zeros(count),
-    )
+    on_moving, on_fixed = (np.zeros((2 * len(body.nodes), count)) for body in (moving, fixed))
+    mortar = Mortar(on_moving, on_fixed, np.zeros(count), np.zeros(count))
     cuts = fixed.nodes[np.r_[lower[:, 0], lower[-1, 2]], 0]
     for e, edge in enumerate(upper):
         nodes = moving.nodes[edge]
