@@ -187,7 +187,7 @@ def test_a_quantity_is_drawn_against_what_varies(swept, tmp_path):
     own = Figure().subplots()
     assert plot_sweep(load_sweep(swept), "p2", "speed", ax=own) is own
     assert {line.get_label() for line in own.lines} == set(lines)
-    assert "p2_formula's forces within 67% of fe_full's, all 80% (16 cases)" in figure.texts[0].get_text()
+    assert "p2_formula's forces within 68% of fe_full's, all 81% (16 cases)" in figure.texts[0].get_text()
     assert np.array_equal(lines["p2_formula, stiffness 80 kN/mm"][:, 0], [30, 50, 70, 90])
     drawn = call(
         "show", swept, "--quantity", "impact on the wheel", "--against", "scene.speed", "--out", tmp_path / "a.png"
