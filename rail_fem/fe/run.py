@@ -123,8 +123,8 @@ class Run:
     def begin(self) -> None:
         """Bring the wheel to rest where it stands, under the load of the start. Collective."""
         most_steps = self.settings.max_steps if smoke_requested() else None
-        self.relaxation = Relaxation(self.passage, self.scene) if self.relaxation is None else self.relaxation
-        found = settle_in_place(self.passage, self.scene, most_steps, self._look_at_rest, self.relaxation)
+        self.relaxation = self.relaxation or Relaxation(self.passage, self.scene)
+        found = settle_in_place(self.relaxation, most_steps, self._look_at_rest)
         self.at_rest, self.static_approach, self.relaxation = True, found.approach, None
         if self.settled:
             if self.passage.start.moves:

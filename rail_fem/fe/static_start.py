@@ -88,20 +88,16 @@ class Relaxation:
 
 
 def settle_in_place(
-    passage: Passage,
-    scene: Scene,
-    most_steps: int | None = None,
-    look: Callable[[str], None] | None = None,
-    relaxation: Relaxation | None = None,
+    relaxation: Relaxation, most_steps: int | None = None, look: Callable[[str], None] | None = None
 ) -> StaticStart:
     """Static contact at the start of the pass, without motion. Collective.
 
     most_steps : after which it is taken as it is, for runs whose result has no meaning;  look : hears as it goes on
-        how far it is, and may keep it then;  relaxation : goes on, None: from the beginning
+        how far it is, and may keep it then
     Errors: ArithmeticError where the wheel does not come to rest.
     """
-    relaxation = relaxation or Relaxation(passage, scene)
-    error = _relax(relaxation, passage.start.force, most_steps, look)
+    passage = relaxation.passage
+    error = _relax(relaxation, most_steps, look)
     passage.axle.stand_as(relaxation.axle)
     passage.crossing.stand_as(relaxation.base)
     if passage.sprung is not None:
@@ -144,10 +140,11 @@ def _with_even_steps(structure: Structure) -> Structure:
     return own
 
 
-def _relax(r: Relaxation, load: float, most_steps: int | None, look: Callable[[str], None] | None) -> float:
-    """Steps until contact and axle carry the load [N] and nothing moves; the contact's relative error then.
+def _relax(r: Relaxation, most_steps: int | None, look: Callable[[str], None] | None) -> float:
+    """Steps until contact and axle carry the load of the start and nothing moves; the contact's relative error then.
     Collective."""
-    d, axle, work, delay = r.dynamics, r.axle, load**2 / (2 * r.stiffness), DELAY / r.frequency
+    d, axle, load = r.dynamics, r.axle, r.passage.start.force
+    work, delay = load**2 / (2 * r.stiffness), DELAY / r.frequency
     long = max(2, int(np.ceil(2 * delay / (LOOK * r.dt))))  # in looks
     while True:
         before = _carried(d), float(axle.reaction[2])

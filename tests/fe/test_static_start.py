@@ -16,7 +16,7 @@ from rail_fem.fe.passage import build_passage
 from rail_fem.fe.run import CHECKPOINT, STATIC_START, Run
 from rail_fem.fe.running import running_of
 from rail_fem.fe.start_state import from_rigid_hertz, resting
-from rail_fem.fe.static_start import LOAD_ERROR, LOOK, settle_in_place
+from rail_fem.fe.static_start import LOAD_ERROR, LOOK, Relaxation, settle_in_place
 from rail_fem.models import fe_full, fe_window
 from rail_fem.scene.scene import Material
 from rail_fem.settings.explicit import FeSettings
@@ -85,7 +85,7 @@ def test_the_contact_carries_the_load_and_nothing_moves(scene, bodies):
     passage = passage_of(scene, bodies)
     dynamics = passage.dynamics
     mass, told = dynamics.structure.mass.copy(), []
-    found = settle_in_place(passage, scene, look=told.append)
+    found = settle_in_place(Relaxation(passage, scene), look=told.append)
     assert abs(found.error) < LOAD_ERROR and found.approach > 0
     assert "step 20, force off by -" in told[0] and f"step {found.steps - LOOK}, force" in told[-1]
     assert np.array_equal(dynamics.structure.mass, mass) and dynamics.time == 0.0 and dynamics.step_count == 0
@@ -104,7 +104,7 @@ def test_the_static_contact_is_the_same_at_any_mass_scaling(scene, bodies):
     found, steps = [], []
     for factor, elements in ((1.0, "all"), (20.0, "all"), (20.0, "small")):
         passage = passage_of(scene, bodies, mass_scaling=factor, scaled_elements=elements)
-        start = settle_in_place(passage, scene)
+        start = settle_in_place(Relaxation(passage, scene))
         found.append((start.approach, passage.dynamics.structure.finite.plastic_strain().max()))
         steps.append(start.steps)
     assert found[0] == pytest.approx(found[1], rel=3e-3)
@@ -126,7 +126,7 @@ def test_the_load_comes_from_below(scene, bodies, x, monkeypatch):
         forces.append(-self.contact.force_on_rail()[2])
 
     monkeypatch.setattr(Dynamics, "step", recorded)
-    settle_in_place(passage, scene)
+    settle_in_place(Relaxation(passage, scene))
     assert max(forces) < (1 + LOAD_ERROR) * passage.start.force
 
 
@@ -134,7 +134,7 @@ def test_an_elastic_approach_is_that_of_hertz_within_a_coarse_mesh(scene, bodies
     """Tangent stiffness k of Hertz' contact: 1.5 F / k; elements of 5 mm hold two across the patch's half width, and
     wheel and rail of finite depth add to it."""
     elastic = scene.model_copy(update={"materials": scene.materials.model_copy(update={"wing": Material(grade="R8T")})})
-    start = settle_in_place(passage_of(elastic, bodies), elastic)
+    start = settle_in_place(Relaxation(passage_of(elastic, bodies), elastic))
     hertz = 1.5 * elastic.static_wheel_load / loaded_stiffness(elastic, bodies[0])
     assert start.approach == pytest.approx(hertz, rel=0.3)
 
@@ -173,7 +173,7 @@ def test_a_node_of_the_contact_that_goes_on_bouncing_does_not_keep_the_wheel_fro
     running = running_of(scene, settings)
     mesh, _, datum = make_mesh(scene, settings, running)
     passage = build_passage(MPI.COMM_SELF, scene, settings, running, mesh, datum)
-    found = settle_in_place(passage, scene)
+    found = settle_in_place(Relaxation(passage, scene))
     assert abs(found.error) < 3e-3 and found.steps < 3000
 
 
@@ -187,5 +187,5 @@ def test_nodes_that_bounce_from_step_to_step_stand_at_their_middle():
     running = running_of(scene, settings)
     mesh, _, datum = make_mesh(scene, settings, running)
     passage = build_passage(MPI.COMM_SELF, scene, settings, running, mesh, datum, start)
-    found = settle_in_place(passage, scene)
+    found = settle_in_place(Relaxation(passage, scene))
     assert abs(found.error) < LOAD_ERROR and found.steps < 1500
