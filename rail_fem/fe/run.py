@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from rail_fem.fe.passage import Passage, end_settling, take_up
 from rail_fem.fe.recorder import Recorder
 from rail_fem.fe.static_start import Relaxation, settle_in_place
 from rail_fem.hierarchy import smoke_requested
+from rail_fem.processes.launcher import on_root
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
@@ -91,8 +93,7 @@ class Run:
         self.spent, self.started = self.wall_time, working_time()
         if self.relaxation is None:
             save_checkpoint(self.folder / CHECKPOINT, self, self.dynamics, self.identity)
-            if self.comm.rank == 0:
-                (self.folder / STATIC_START).unlink(missing_ok=True)
+            on_root(partial((self.folder / STATIC_START).unlink, missing_ok=True), self.comm)
         else:
             self.relaxation.spent = self.spent
             save_checkpoint(self.folder / STATIC_START, self.relaxation, self.relaxation.dynamics, self.identity)
@@ -109,8 +110,8 @@ class Run:
         if self.folder is None:
             raise ValueError("a run without a folder has no restart file: give the folder")
         folder = self.folder
-        there = next((name for name in (CHECKPOINT, STATIC_START) if (folder / name).is_file()), None)
-        name = self.comm.bcast(there, root=0)
+        there = lambda: next((name for name in (CHECKPOINT, STATIC_START) if (folder / name).is_file()), None)
+        name = on_root(there, self.comm)
         if name == CHECKPOINT:
             load_checkpoint(folder / CHECKPOINT, self, self.dynamics, self.identity)
         elif name == STATIC_START:
