@@ -43,7 +43,8 @@ def solve(
         dip, transfer, constant = rigid_dip(table)
     load, mass = scene.static_wheel_load, unsprung_mass(scene, settings.unsprung)
     foundation = scene.foundation
-    increment = p2_increment(dip, scene.speed, mass, foundation.track_mass, foundation.stiffness)
+    increment_of = lambda mass: p2_increment(dip, scene.speed, mass, foundation.track_mass, foundation.stiffness)
+    increment = increment_of(mass)
     chosen = p2_force(load, increment, settings.reading)
     peaks = {
         "p2": Peak(chosen, "N", x=transfer),
@@ -60,9 +61,7 @@ def solve(
         )
     flags = [*p2_flags(scene, dip), *limit_flags(chosen)]
     if settings.unsprung == "wheelset":
-        one = p2_increment(
-            dip, scene.speed, scene.vehicle.wheel_unsprung_mass, foundation.track_mass, foundation.stiffness
-        )
+        one = increment_of(scene.vehicle.wheel_unsprung_mass)
         reason = f"{mass:g} kg, a whole wheelset's on one rail, as table 7-5 takes it: with one wheel's, half, P2 is"
         flags.append(flag("unsprung mass", f"{reason} {p2_force(load, one, settings.reading) / 1e3:.1f} kN"))
     return PassResult(
