@@ -5,13 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.meshing.hexmesh import FACES, FoldedCellError, HexMesh
+from geometry.meshing.cell_measures import cell_volume, edge_length, eigen_length, face_area, scaled_jacobian
+from geometry.meshing.hexmesh import FoldedCellError, HexMesh
 
-# Corner k of a VTK hexahedron and its three neighbours in right-handed order.
-CORNERS = np.array(
-    [[0, 1, 3, 4], [1, 2, 0, 5], [2, 3, 1, 6], [3, 0, 2, 7], [4, 7, 5, 0], [5, 4, 6, 1], [6, 5, 7, 2], [7, 6, 4, 3]]
-)
-EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
 WAVE_SPEED = 5900.0
 LEAST_JACOBIAN = 0.1
 CELLS_AT_A_TIME = 4096
@@ -99,76 +95,11 @@ def cell_centres(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 def _measures(corner: np.ndarray) -> np.ndarray:
     """Scaled Jacobian, volume, V / A_max, shortest and longest edge, length by the eigenvalue bound (m, 6)."""
-    edge = np.linalg.norm(corner[:, EDGES[:, 1]] - corner[:, EDGES[:, 0]], axis=2)
-    volume = cell_volume(corner)
+    edge, volume = edge_length(corner), cell_volume(corner)
     length = volume / face_area(corner).max(axis=1)
     return np.stack(
         [scaled_jacobian(corner), volume, length, edge.min(axis=1), edge.max(axis=1), eigen_length(corner)], axis=1
     )
-
-
-def scaled_jacobian(corner: np.ndarray) -> np.ndarray:
-    """Least over the 8 corners of det(e1, e2, e3) / (|e1| |e2| |e3|): (m,), 1 for a brick, <= 0 for a tangled cell.
-
-    corner : (m, 8, 3) corner positions, VTK order
-    """
-    first, second, third = (corner[:, CORNERS[:, k]] - corner[:, CORNERS[:, 0]] for k in (1, 2, 3))
-    squares = [np.einsum("mki,mki->mk", edge, edge) for edge in (first, second, third)]
-    volume = np.einsum("mki,mki->mk", first, np.cross(second, third))
-    return (volume / np.sqrt(squares[0] * squares[1] * squares[2])).min(axis=1)
-
-
-def cell_volume(corner: np.ndarray) -> np.ndarray:
-    """Exact volume [m3] of trilinear hexahedra (m, 8, 3): the divergence theorem over bilinear faces."""
-    relative = corner - corner.mean(axis=1, keepdims=True)
-    volume = np.zeros(len(corner))
-    for face in FACES:
-        a, b, c, d = (relative[:, i] for i in face)
-        volume += np.einsum("ij,ij->i", np.cross(c - a, d - b), a + b + c + d) / 24
-    return volume
-
-
-def face_area(corner: np.ndarray) -> np.ndarray:
-    """Areas [m2] of the six faces (m, 6) of hexahedra (m, 8, 3), half the cross product of the diagonals (exact for
-    plane faces)."""
-    face = corner[:, FACES]
-    return 0.5 * np.linalg.norm(np.cross(face[:, :, 2] - face[:, :, 0], face[:, :, 3] - face[:, :, 1]), axis=2)
-
-
-def mean_gradient(corner: np.ndarray) -> np.ndarray:
-    """Volume mean of the shape function gradients (m, 8, 3) [1/m] of hexahedra (m, 8, 3): d V / d x_I / V (Flanagan and
-    Belytschko 1981)."""
-    gradient = np.zeros_like(corner)
-    for face in FACES:
-        p = corner[:, face]
-        for i in range(4):
-            following, opposite, preceding = p[:, (i + 1) % 4], p[:, (i + 2) % 4], p[:, (i + 3) % 4]
-            gradient[:, face[i]] += (np.cross(following, opposite + preceding) + np.cross(opposite, preceding)) / 12
-    return gradient / cell_volume(corner)[:, None, None]
-
-
-def eigen_length(corner: np.ndarray, poisson: float = 0.3) -> np.ndarray:
-    """Wave speed times the step bound 2 / omega_max [m] of the free one-point hexahedron with lumped mass: (m,).
-
-    omega_max^2 = 8 / rho * largest eigenvalue of C (B B^T); C elastic with Poisson's ratio `poisson`, in units of
-    lambda + 2 mu. A cube of side h gives 0.734 h (all three directions in phase), a bound for any mesh of such cells.
-    In the principal axes of G = B^T B, with invariants I1 to I3, shear strains stand alone and below the others, whose
-    eigenvalues are the roots of s^3 - I1 s^2 + (1 - r^2) I2 s - (1 - r)^2 (1 + 2 r) I3, r = nu / (1 - nu).
-    """
-    gradient = mean_gradient(corner)
-    xx, yy, zz, yz, xz, xy = (
-        np.einsum("mI,mI->m", gradient[:, :, i], gradient[:, :, j])
-        for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-    )
-    r = poisson / (1 - poisson)
-    mean = (xx + yy + zz) / 3
-    linear = (1 - r**2) * (xx * yy + yy * zz + zz * xx - yz**2 - xz**2 - xy**2)
-    determinant = xx * (yy * zz - yz**2) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
-    p = mean**2 - linear / 3
-    q = mean**3 - mean * linear / 2 + (1 - r) ** 2 * (1 + 2 * r) * determinant / 2
-    angle = np.arctan2(np.sqrt(np.maximum(p**3 - q**2, 0.0)), q)
-    largest = mean + 2 * np.sqrt(p) * np.cos(angle / 3)
-    return 2 / np.sqrt(8 * largest)
 
 
 def check_shapes(mesh: HexMesh, remedy: str) -> None:

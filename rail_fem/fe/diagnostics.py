@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.meshing.quality import MeshQuality, cell_volume
+from geometry.meshing.cell_measures import cell_volume
+from geometry.meshing.quality import MeshQuality
 from rail_fem.fe import trust
 from rail_fem.fe.fields import cell_rows
 from rail_fem.fe.parts import cells_of, parts_of

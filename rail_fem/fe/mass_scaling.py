@@ -17,8 +17,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from geometry.meshing.cell_measures import eigen_length
 from geometry.meshing.hexmesh import HexMesh
-from geometry.meshing.quality import cell_centres, eigen_length
+from geometry.meshing.quality import cell_centres
 from geometry.surfaces.bodies import CROSSING, PassBody
 from rail_fem.fe.plan.mass_scaling import GAIN, SHARE, quasi_static_factor, quasi_static_step, transit_ratio
 from rail_fem.fe.slabs import Slabs

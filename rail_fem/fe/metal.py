@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from mpi4py import MPI
 
-from geometry.meshing.quality import cell_volume
+from geometry.meshing.cell_measures import cell_volume
 from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import CROSSING, NO_METAL, REGIONS
 from geometry.surfaces.depth_field import STEEPEST

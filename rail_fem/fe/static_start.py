@@ -20,7 +20,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from mpi4py import MPI
 
-from geometry.meshing.quality import eigen_length, over_cells
+from geometry.meshing.cell_measures import eigen_length
+from geometry.meshing.quality import over_cells
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.surface import ContactSurfaces
 from rail_fem.fe.dynamics import Dynamics

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.meshing.quality import eigen_length, over_cells
+from geometry.meshing.cell_measures import eigen_length
+from geometry.meshing.quality import over_cells
 from rail_fem.fe.blocks import AT_A_TIME, ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.elastic import elastic_stress, fixed_geometry

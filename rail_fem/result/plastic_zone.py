@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.meshing.quality import cell_volume
+from geometry.meshing.cell_measures import cell_volume
 
 WORST = {"worst_10": 10e-9, "worst_100": 100e-9, "worst_1000": 1000e-9}  # volumes of the most strained metal [m3]
 LEVELS = {"volume_1": 0.01, "volume_3": 0.03, "volume_5": 0.05, "volume_10": 0.10}

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
+from geometry.meshing.cell_measures import cell_volume, scaled_jacobian
 from geometry.meshing.hexmesh import boundary_faces
-from geometry.meshing.quality import cell_volume, scaled_jacobian
 
 GAUSS = np.array([-1, 1]) / np.sqrt(3)
 REFERENCE = np.array(

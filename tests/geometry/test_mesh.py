@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from geometry.meshing.blocks import cap_height, mesh_box, mesh_cap
+from geometry.meshing.cell_measures import cell_volume, scaled_jacobian
 from geometry.meshing.hexmesh import MeshError, boundary_faces, merge_bodies, orient
-from geometry.meshing.quality import cell_volume, scaled_jacobian
 from tests.geometry.mesh_checks import check_mesh, hanging_facets
 
 

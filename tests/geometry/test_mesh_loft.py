@@ -7,9 +7,10 @@ import pytest
 from scipy.integrate import trapezoid
 
 from geometry.meshing.band import SIDEWAYS, lateral_columns
+from geometry.meshing.cell_measures import cell_volume
 from geometry.meshing.crossing_mesh import BodyMeshSpec, CrossingMeshSpec, mesh_crossing
 from geometry.meshing.hexmesh import FoldedCellError, MeshError, boundary_faces
-from geometry.meshing.quality import cell_volume, mesh_quality
+from geometry.meshing.quality import mesh_quality
 from geometry.meshing.section.curve import cut_at_base
 from geometry.meshing.section.parts import DEEPER, DEEPER_FROM
 from geometry.profiles.rail import rail_head

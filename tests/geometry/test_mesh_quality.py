@@ -6,16 +6,9 @@ import numpy as np
 import pytest
 
 from geometry.meshing.blocks import mesh_box
+from geometry.meshing.cell_measures import cell_volume, eigen_length, face_area, mean_gradient, scaled_jacobian
 from geometry.meshing.hexmesh import HexMesh, MeshError
-from geometry.meshing.quality import (
-    cell_volume,
-    check_shapes,
-    eigen_length,
-    face_area,
-    mean_gradient,
-    mesh_quality,
-    scaled_jacobian,
-)
+from geometry.meshing.quality import check_shapes, mesh_quality
 from tests.geometry.mesh_checks import REFERENCE, gauss_volume
 
 WAVE = 6000.0

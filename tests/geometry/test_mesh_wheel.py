@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from geometry.meshing.cell_measures import cell_volume
 from geometry.meshing.hexmesh import MeshError, boundary_faces
-from geometry.meshing.quality import cell_volume, mesh_quality
+from geometry.meshing.quality import mesh_quality
 from geometry.meshing.wheel import WheelMeshSpec, arc_stations, mesh_wheel
 from geometry.profiles.wheel import wheel_profile
 from tests.geometry.mesh_checks import check_mesh, hanging_facets
