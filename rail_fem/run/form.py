@@ -11,6 +11,7 @@ Plastic strain, which no light model resolves well enough, has what is kept alon
 import contextlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from scipy.optimize import brentq
@@ -18,6 +19,7 @@ from scipy.optimize import brentq
 from geometry.axes import RAIL_DEPTH
 from rail_fem.hierarchy import MODELS, load
 from rail_fem.passes.track_beam import track_beam
+from rail_fem.processes.launcher import dealt_out, on_root
 from rail_fem.result.quantities import FORCES, REPORTED
 from rail_fem.result.result import PassResult
 from rail_fem.scene.base import InputError
@@ -162,7 +164,7 @@ def form(result: PassResult, by_passes: bool = True) -> dict[str, dict[str, floa
     """Simplification -> reported quantity -> what it moves by [SI]. A row that has nothing to say is left out, and so
     is every row of a scene or window that `rigid_hertz` cannot run.
 
-    by_passes : also what takes passes of `rigid_hertz`, some seconds
+    by_passes : also what takes passes of `rigid_hertz`, some seconds, shared by the ranks. Collective.
     """
     found = {}
     own = {name: REPORTED[name].of(result) for name in (*FORCES, "transfer_x", *STRAINS)}
@@ -186,25 +188,27 @@ def _by_passes(result: PassResult, own: Mapping[str, float]) -> dict[str, dict[s
     window, rigid_hertz = {name: result.settings[name] for name in ("start", "end")}, load("rigid_hertz")
 
     def run(changed: Scene) -> dict[str, float]:
-        answer = rigid_hertz.solve(changed, RigidHertzSettings(**window, path_spacing=SPACING), judged=False)
+        """The quantities by a pass; none where there is no pass: a wheel 1 mm aside may leave the crossing."""
+        try:
+            answer = rigid_hertz.solve(changed, RigidHertzSettings(**window, path_spacing=SPACING), judged=False)
+        except ValueError:
+            return {}
         return {name: value for name in own if (value := REPORTED[name].of(answer)) == value}
 
     x = result.transfer_x if result.transfer_x == result.transfer_x else float(path[0] + path[-1]) / 2
-    try:
-        base = run(scene)
-    except ValueError:
-        return {}
-    found: dict[str, dict[str, float]] = {}
-    for row in SIMPLIFICATIONS:
-        moved = found.setdefault(row.words, {})
-        for better in row.better(scene, x):
-            try:
-                answer = run(better)
-            except ValueError:  # a wheel 1 mm aside may leave the crossing
-                continue
-            for name in (name for name in own if name in base and name in answer):
+    changed = [(row.words, better) for row in SIMPLIFICATIONS for better in row.better(scene, x)]
+    answers = dealt_out([partial(run, one) for one in (scene, *(better for _, better in changed))])
+
+    def moved() -> dict[str, dict[str, float]]:
+        found: dict[str, dict[str, float]] = {}
+        base, *others = answers
+        for (words, _), answer in zip(changed, others):
+            most = found.setdefault(words, {})
+            for name in (name for name in base if name in answer):
                 change = answer[name] - base[name]
                 if name != "transfer_x":
                     change *= own[name] / base[name]
-                moved[name] = max(moved.get(name, 0.0), change, key=abs)
-    return found
+                most[name] = max(most.get(name, 0.0), change, key=abs)
+        return found
+
+    return on_root(moved)

@@ -112,7 +112,7 @@ def _solve_and_save(
             measured = case.scene.wheel.measured
             notes = () if measured is None else tuple(measured.notes)
             smoke = hierarchy.smoke_requested()
-            moved = {} if smoke else launcher.on_root(lambda: form(result, by_itself))
+            moved = {} if smoke else form(result, by_itself)
             result = replace(result, warnings=(*warnings, *result.warnings), notes=(*notes, *result.notes))
             result = replace(result, title=case.title, form=moved)
             if gone := launcher.on_root(lambda: lost(folder)):
