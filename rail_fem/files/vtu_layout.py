@@ -22,7 +22,7 @@ import numpy as np
 
 from rail_fem.files.sealed import CHUNK
 
-LEVEL = 4  # of zlib: 1 fast to 9 small
+LEVEL = 1  # of zlib, 1 fast to 9 small: 4 takes 1.4 times as long for 4 % fewer bytes
 SECTIONS = ("Points", "Cells", "PointData", "CellData")
 HEXAHEDRON = 12  # VTK's number of the cell type
 RAW = '<AppendedData encoding="raw">\n_'  # what stands before the first byte of the arrays
