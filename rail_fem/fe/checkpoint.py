@@ -114,7 +114,6 @@ def load_checkpoint(path: Path, owner: Any, dynamics: Dynamics, identity: Mappin
     for name in s.NODAL:
         rows = from_blocks(comm, stored.blocks.pop(f"nodal/{name}"), domain.node_input, domain.n_global)
         getattr(s, name)[:] = rows.ravel()
-    s.force[3 * domain.n_owned :] = 0.0
     finite, cells = domain.cell_input[s.finite_cells], domain.m_global
     restore_elements(s.finite, from_blocks(comm, stored.blocks.pop("finite"), finite, cells))
     _restore_block_works(s, from_blocks(comm, stored.blocks.pop("block_work"), finite, cells))

@@ -1,7 +1,7 @@
 """The distributed hexahedra: dolfinx carries the mesh and the ownership of nodes; arrays carry the state.
 
 Nodes of a rank: first those it owns, then the ghosts, as in the geometry's index map. Cells: only owned ones exist (no
-ghost cells), so each element is counted once; forces on ghosts travel to their owner and add up.
+ghost cells), so each element is counted once; forces on a node that several ranks have are summed up on all of them.
 """
 
 from __future__ import annotations
@@ -87,13 +87,9 @@ class Domain:
         """An exchange of its own, of all nodes until it is told which. Collective."""
         return Halo(self.comm, self.n_owned, self._owner, self._place)
 
-    def sum_to_owner(self, field: np.ndarray) -> None:
-        """Add what ghosts hold onto their owners, in place (3 n_nodes,). Collective."""
-        self._all.sum_to_owner(field)
-
-    def copy_to_ghosts(self, field: np.ndarray) -> None:
-        """Give ghosts the values of their owners, in place (3 n_nodes,). Collective."""
-        self._all.copy_to_ghosts(field)
+    def sum_up(self, field: np.ndarray) -> None:
+        """What all ranks have at a node, summed up, in place (3 n_nodes,), the same on all of them. Collective."""
+        self._all.sum_up(field)
 
     def local_nodes(self, input_nodes: np.ndarray, owned_only: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Local nodes among `input_nodes` (indices of the input mesh), and their positions in that list. Rank-local."""

@@ -82,7 +82,7 @@ class Dynamics:
         self.held = np.flatnonzero(held & ~moved[:, None])  # unknowns at rest
         self.moving = ~held.ravel() & ~np.repeat(moved, 3)  # unknowns that move on their own where they are active
         self.inverse_mass = np.zeros(3 * n)
-        self.changed = np.empty(0, np.int64)  # nodes whose velocities parts change after the kick, and ghosts
+        self.changed = np.empty(0, np.int64)  # nodes whose velocities parts change after the kick
         self.marks = np.repeat(structure.on_small * np.int8(SMALL), 3)
         self.updates = 0  # of elements so far, of all ranks
         self.halo = self.domain.halo()  # of the nodes that a step computes
@@ -101,7 +101,10 @@ class Dynamics:
         for part in self.parts:
             part.follow(touched)
         free_inverse_mass(self.structure.mass, self.moving, inside, self.inverse_mass)
-        self.runs, self.owned_runs = runs(touched), runs(touched[: self.domain.n_owned])
+        owned = np.arange(len(touched)) < self.domain.n_owned
+        self.runs, self.owned_runs, self.ghost_runs = (
+            runs(one) for one in (touched, touched & owned, touched & ~owned)
+        )
         self.touched = touched
         self.halo.choose(touched)
         self.updated_cells = self.structure.count_active()
@@ -111,8 +114,7 @@ class Dynamics:
         """Which nodes drift after the parts' kicks and not with their own, and room for the message. Rank-local."""
         marks = self.marks.reshape(-1, 3)
         marks[self.changed] &= SMALL
-        ghosts = np.arange(self.domain.n_owned, self.domain.n_nodes)
-        changed = np.unique(np.concatenate([ghosts, *(part.changes() for part in self.parts)]))
+        changed = np.unique(np.concatenate([np.empty(0, np.int64), *(part.changes() for part in self.parts)]))
         self.changed = changed[self.touched[changed]]  # contact watches nodes that have left until its next search
         marks[self.changed] |= CHANGED
         sizes = [part.size for part in self.parts]
@@ -162,14 +164,13 @@ class Dynamics:
         if len(self.held):
             s.v[self.held] = 0.0
         self.drifts = not any(part.looks() for part in self.parts)
-        kick(
-            *(s.v, s.force, self.inverse_mass, self.mass_damping, dt, self.marks, self.owned_runs, s.works),
-            *(s.x, self.drifts),
-        )
+        of_nodes = s.v, s.force, self.inverse_mass, self.mass_damping, dt, self.marks
+        kick(*of_nodes, self.owned_runs, s.works, s.x, self.drifts)
+        if len(self.ghost_runs):  # their owners count the work
+            kick(*of_nodes, self.ghost_runs, np.empty(3), s.x, self.drifts)
         self._sum_over_ranks(dt)
         for part, summed in zip(self.parts, self.stretches):
             part.kick(dt, summed)
-        self.halo.copy_to_ghosts(s.v)
 
     def _sum_over_ranks(self, dt: float) -> None:
         """What the parts sum over the ranks, in one message: reactions of groups, positions of the nodes near contact.
@@ -198,7 +199,7 @@ class Dynamics:
         for part in self.parts:
             part.add_force(dt)
         self.kernel_time += working_time() - clock
-        self.halo.sum_to_owner(s.force)
+        self.halo.sum_up(s.force)
 
     def begin_here(self) -> None:
         """Take the present stresses as the state of a beginning: works of the elements are those that they hold.

@@ -83,7 +83,7 @@ class DynamicsPart:
         return False
 
     def add_force(self, dt: float) -> None:
-        """Its forces at the new positions, added to `force` of owned and ghost nodes; they are summed to the owners
+        """Its forces at the new positions, added to `force` of owned and ghost nodes; they are summed up over the ranks
         with those of the elements. Rank-local."""
 
     def bring_up(self) -> None:

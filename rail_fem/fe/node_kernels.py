@@ -260,16 +260,10 @@ def take_rows(field, nodes, rows):
 
 
 @njit(cache=True, error_model="numpy")
-def put_rows(field, nodes, rows):
-    """Rows (k, 3) -> values at nodes (k,) of a field (3 n,)."""
-    for k in range(nodes.size):
+def sum_rows(field, nodes, parts, rows):
+    """Values of a field (3 n,) at nodes (m,): the sum of the rows (k, 3) of each, those of node parts[i] in row i."""
+    for n in nodes:
+        field[3 * n] = field[3 * n + 1] = field[3 * n + 2] = 0.0
+    for k in range(parts.size):
         for c in range(3):
-            field[3 * nodes[k] + c] = rows[k, c]
-
-
-@njit(cache=True, error_model="numpy")
-def add_rows(field, nodes, rows):
-    """Rows (k, 3) added to the values at nodes (k,) of a field (3 n,)."""
-    for k in range(nodes.size):
-        for c in range(3):
-            field[3 * nodes[k] + c] += rows[k, c]
+            field[3 * parts[k] + c] += rows[k, c]

@@ -32,7 +32,6 @@ def largest_frequency(structure: Structure, free: np.ndarray, iterations: int = 
     before, beta, alphas, betas = np.zeros_like(q), 0.0, [], []
     for _ in range(iterations):
         w = np.where(free, structure.stiffness_times(q) / mass, 0.0)
-        domain.copy_to_ghosts(w)
         alpha = product(w, q)
         w -= alpha * q + beta * before
         alphas.append(alpha)

@@ -146,8 +146,7 @@ class Structure:
         vector = self.domain.nodal_vector()
         share = np.repeat(factor * self._cell_mass() / 8, 8)
         np.add.at(vector, 3 * self.domain.cells.ravel(), share)
-        self.domain.sum_to_owner(vector)
-        self.domain.copy_to_ghosts(vector)
+        self.domain.sum_up(vector)
         return vector[::3].copy()
 
     def add_internal_force(self, dt: float) -> None:
@@ -224,7 +223,7 @@ class Structure:
         out /= scale
         self._add_small_force(direction, self.domain.nodal_vector(), direction, 0.0, out)
         np.negative(out, out=out)
-        self.domain.sum_to_owner(out)
+        self.domain.sum_up(out)
         return out
 
     def inversion_message(self) -> str | None:

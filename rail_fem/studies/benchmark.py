@@ -82,7 +82,7 @@ PARTS: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
     ("travelling window", TravellingWindow, ("advance",)),
     ("travelling window", Dynamics, ("follow",)),
     ("sums of forces", Recorder, ("after_step",)),
-    ("exchange of ghosts", Halo, ("sum_to_owner", "copy_to_ghosts")),
+    ("exchange of ghosts", Halo, ("sum_up",)),
     ("motion of the nodes", dynamics_module, ("kick", "drift", "drift_nodes")),
     ("motion of the nodes", contact_module, ("apply_contact",)),
     ("all else", Dynamics, ("step",)),
@@ -291,8 +291,8 @@ def ranks_table(chosen: TimedPass) -> Table:
     shared, alone = chosen.at_rest(world), chosen.at_rest(MPI.COMM_SELF)
     of_shared, of_alone = Log(), Log()
     watch_messages(shared, of_shared, MESSAGES)
-    for name in ("sum_to_owner", "copy_to_ghosts"):
-        setattr(shared.dynamics.halo, name, of_shared.timed(name, getattr(shared.dynamics.halo, name)))
+    exchange = "sum_up"
+    setattr(shared.dynamics.halo, exchange, of_shared.timed(exchange, shared.dynamics.halo.sum_up))
     for _ in range(0, chosen.steps, TURN):
         for run, log in ((shared, of_shared), (alone, of_alone)):
             world.barrier()

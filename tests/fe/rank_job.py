@@ -58,23 +58,28 @@ def build(comm, steel=MN13):
     return mesh, Dynamics(structure, Supports([base, plate, axle], links), contact)
 
 
-def exchange_of_some(domain: Domain) -> float:
-    """By how much copies and sums of the nodes with an even number in the input differ from what they must be, all
-    nodes together; each holds its number and its rank's. Collective."""
-    comm, number = domain.comm, np.repeat(domain.node_input, 3)
-    even, ghost = number % 2 == 0, np.arange(len(number)) >= 3 * domain.n_owned
-    some = domain.halo()
-    holders = comm.allreduce(np.bincount(domain.node_input, minlength=domain.n_global))[number]
+def apart(domain: Domain, field: np.ndarray) -> float:
+    """By how much the values of one node differ between the ranks that have it, at most. Collective."""
+    low, high = np.full((2, domain.n_global, 3), np.inf)
+    low[domain.node_input], high[domain.node_input] = field.reshape(-1, 3), -field.reshape(-1, 3)
+    for least in (low, high):
+        domain.comm.Allreduce(MPI.IN_PLACE, least, MPI.MIN)
+    return float(np.abs(low + high).max())
+
+
+def wrong_sums(domain: Domain) -> float:
+    """By how much, at most, sums of the nodes with an even number in the input, and of all, are off: each rank adds
+    numbers of its own. Collective."""
+    comm, number, some = domain.comm, np.repeat(domain.node_input, 3), domain.halo()
+    of_rank = lambda rank: np.pi ** (rank + 1.0) + number
+    there = comm.allgather(np.bincount(domain.node_input, minlength=domain.n_global))
+    expected = sum(there[rank][number] * of_rank(rank) for rank in range(comm.size))
+    even, summed, every = number % 2 == 0, of_rank(comm.rank), of_rank(comm.rank)
     some.choose(even[::3])
-    told = number + 1e-3 * comm.rank
-    copied, every, summed = told.copy(), told.copy(), np.ones(len(number))
-    some.copy_to_ghosts(copied)
-    domain.copy_to_ghosts(every)
-    some.sum_to_owner(summed)
-    wrong = np.abs(copied - np.where(even, every, told)) + np.abs(np.where(ghost, 0.0, every - told))
-    wrong += ~ghost * np.abs(summed - np.where(even, holders, 1))
-    wrong += ghost * (every == told)
-    return comm.allreduce(float(wrong.sum()))
+    some.sum_up(summed)
+    domain.sum_up(every)
+    off = max(np.abs(every / expected - 1).max(), np.abs(summed - np.where(even, every, of_rank(comm.rank))).max())
+    return comm.allreduce(float(off), op=MPI.MAX)
 
 
 def main(out, law=""):
@@ -94,7 +99,8 @@ def main(out, law=""):
     x, v = gather_nodes(domain, structure.x), gather_nodes(domain, structure.v)
     peeq = gather_rows(comm, domain.cell_input[structure.finite_cells], plastic, len(mesh.cells))
     stress = gather_rows(comm, domain.cell_input[structure.finite_cells], structure.finite.stress(), len(mesh.cells))
-    exchange = exchange_of_some(domain)
+    of_one_node = [apart(domain, field) for field in (structure.x, structure.v, structure.force)]
+    exchange = wrong_sums(domain)
     if comm.rank == 0:
         reactions = np.array([group.reaction for group in dynamics.supports.groups[:2]])
         np.savez(
@@ -111,6 +117,7 @@ def main(out, law=""):
             ranks=comm.size,
             sums=np.array(sums),
             exchange=exchange,
+            apart=of_one_node,
         )
 
 

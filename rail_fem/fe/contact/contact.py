@@ -2,7 +2,7 @@
 
 What moves is summed over the ranks twice a step: positions of the nodes near contact, in the step's message, and their
 projections, of which each rank computes its part. From these every rank finds the same pressures and applies the forces
-on the nodes that it owns.
+on the nodes that it has.
 """
 
 from __future__ import annotations
@@ -78,6 +78,8 @@ class Contact(DynamicsPart):
         # watched nodes of this rank: local number, position in the surface arrays
         self.own_local, self.own_at = s.local[mine], s.here[mine]
         self.own_slot = slot[self.own_at]
+        others = watched[s.ghosts_here]
+        self.ghost_local, self.ghost_at = s.ghosts[others], s.ghosts_here[others]
         self.size = 6 * len(self.watched)
         k = len(self.pairs[0].slaves)
         self.rows = np.zeros((k + len(self.pairs[1].slaves), PROJECTION))
@@ -87,7 +89,7 @@ class Contact(DynamicsPart):
         self.found = NodalForces(*of_nodes, np.full(s.n, -1, np.int64))
 
     def changes(self) -> np.ndarray:
-        return self.own_local
+        return np.concatenate([self.own_local, self.ghost_local])
 
     def looks(self) -> bool:
         return self.search.steps_left <= 0
@@ -116,10 +118,10 @@ class Contact(DynamicsPart):
         """Forces of the step onto velocities, and their works."""
         self.add_forces(dt, summed)
         s = self.surfaces.structure
-        self.work += apply_contact(
-            *(s.v, s.force, self.force, self.surfaces.inverse_mass, self.own_local, self.own_at),
-            *(s.on_small, dt, s.works),
-        )
+        moving = s.v, s.force, self.force, self.surfaces.inverse_mass
+        self.work += apply_contact(*moving, self.own_local, self.own_at, s.on_small, dt, s.works)
+        if len(self.ghost_local):  # their owners count the work
+            apply_contact(*moving, self.ghost_local, self.ghost_at, s.on_small, dt, np.empty(3))
         self.friction_work += self.sums[FRICTION_WORK]
         self.wheel.kick(float(self.sums[AXLE_MOMENT]), float(self.sums[TOWED]), dt)
 

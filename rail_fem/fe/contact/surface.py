@@ -54,13 +54,13 @@ def node_normals(points: np.ndarray, quads: np.ndarray) -> np.ndarray:
 
 class ContactSurfaces:
     """Surface `rail` and surface `wheel` of a structure, and what never changes of their n nodes, the rail's n_rail
-    first. Replicated but for `local`.
+    first. Replicated but for `local` and `ghosts`.
 
     fixed : (n_nodes, 3) bool of local nodes, directions held: such nodes are as heavy as can be
 
-    Attributes: input_nodes (n,);  local : this rank's nodes, here : which of the n they are;  quads, neighbours : of
-    each surface (q, 4), numbers among the n, facets across edges;  reference (n, 3) [m];  area (n,) [m2];
-    inverse_mass (n,) [1/kg]
+    Attributes: input_nodes (n,);  local : this rank's nodes, here : which of the n they are;  ghosts, ghosts_here : the
+    same of nodes that it has of others;  quads, neighbours : of each surface (q, 4), numbers among the n, facets across
+    edges;  reference (n, 3) [m];  area (n,) [m2];  inverse_mass (n,) [1/kg]
     """
 
     def __init__(self, structure: Structure, rail: Surface, wheel: Surface, fixed: np.ndarray | None = None):
@@ -69,6 +69,9 @@ class ContactSurfaces:
         self.input_nodes = np.concatenate([rail.nodes, wheel.nodes])
         self.n = len(self.input_nodes)
         self.local, self.here = structure.domain.local_nodes(self.input_nodes)
+        every, there = structure.domain.local_nodes(self.input_nodes, owned_only=False)
+        ghost = every >= structure.domain.n_owned
+        self.ghosts, self.ghosts_here = every[ghost], there[ghost]
         self.reference = self.gather(structure.domain.reference)
         self.inverse_mass = 1.0 / self.gather(np.repeat(structure.mass, 3))[:, 0]
         if fixed is not None:
