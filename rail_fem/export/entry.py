@@ -43,7 +43,7 @@ def export_dolfinx(
     Examples
     --------
     >>> fields = rail_fem.export_dolfinx("runs/nose_transfer")  # doctest: +SKIP
-    >>> fields.functions["plastic_strain"].x.array.max()  # doctest: +SKIP
+    >>> fields.plastic_strain.x.array.max()  # doctest: +SKIP
     """
     from mpi4py import MPI
 
