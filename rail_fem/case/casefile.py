@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import functools
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -13,7 +14,7 @@ from pydantic import ValidationError
 
 from rail_fem.case.casetext import CaseTextError, read_table
 from rail_fem.hierarchy import MODELS
-from rail_fem.scene.input_errors import describe_errors, plain, quoted, suggest
+from rail_fem.scene.input_errors import Tables, belongs, describe_errors, plain, quoted, suggest
 from rail_fem.scene.scene import LOAD_KEYS, NO_VALUE, Frozen, Scene
 from rail_fem.scene.units import typed
 from rail_fem.settings.explicit import PRESETS
@@ -204,7 +205,9 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
                 "use the program that the file was written for, or rewrite it after cases/nose_transfer.toml"
             ],
         )
-    errors = [f"{plain(key)}: unknown key{suggest(key, TOP_KEYS)}" for key in table if key not in TOP_KEYS]
+    tables = functools.partial(_tables, table.get("run"))
+    strange = [key for key in table if key not in TOP_KEYS]
+    errors = [f"{plain(key)}: unknown key{belongs(key, tables()) or suggest(key, TOP_KEYS)}" for key in strange]
     title = table.get("title", path.stem)
     if not isinstance(title, str) or not title.isprintable() or len(title) > LONGEST_TITLE:
         errors.append(
@@ -212,14 +215,14 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
             ' transfer, facing"'
         )
     context = {"units_required": True, "folder": path.resolve().parent}
-    scene = _read_section(Scene, table.get("scene"), "scene", context, errors)
+    scene = _read_section(Scene, table.get("scene"), "scene", context, errors, tables)
     damage, asked = None, table.get("damage")
     if asked is not None:
         from rail_fem.settings.damage import DamageSettings
 
-        damage = _read_section(DamageSettings, asked, "damage", context, errors)
+        damage = _read_section(DamageSettings, asked, "damage", context, errors, tables)
     # a damage study needs no model of its own
-    runs = {} if asked is not None and "run" not in table else _read_runs(table.get("run"), context, errors)
+    runs = {} if asked is not None and "run" not in table else _read_runs(table.get("run"), context, errors, tables)
     if scene is not None:
         errors += [error for name, run in runs.items() for error in _disagreements(scene, name, run)]
     if errors:
@@ -282,18 +285,26 @@ def _change(table: dict[str, Any], key: str, value: Any, path: Path) -> None:
     table[last] = copy.deepcopy(value)  # a later key may change an entry of it
 
 
-def _read_section(section: type[Frozen], value: Any, key: str, context: dict, errors: list[str]) -> Any:
+def _tables(run: Any) -> dict[str, type[Frozen]]:
+    """All tables of a case by their names, of models those that it runs first."""
+    from rail_fem.settings.damage import DamageSettings
+
+    names = sorted(MODELS, key=lambda name: not isinstance(run, dict) or name not in run)
+    return {"scene": Scene, **{f"run.{name}": MODELS[name].settings for name in names}, "damage": DamageSettings}
+
+
+def _read_section(section: type[Frozen], value: Any, key: str, context: dict, errors: list[str], tables: Tables) -> Any:
     if value is None:
         errors.append(f"{key}: missing, write a table [{key}]")
         return None
     try:
         return section.model_validate(value, context=context)
     except ValidationError as error:
-        errors += describe_errors(error, section, key, most=4 * MOST_ERRORS)
+        errors += describe_errors(error, section, key, 4 * MOST_ERRORS, tables)
         return None
 
 
-def _read_runs(value: Any, context: dict, errors: list[str]) -> dict[str, Frozen]:
+def _read_runs(value: Any, context: dict, errors: list[str], tables: Tables) -> dict[str, Frozen]:
     if not isinstance(value, dict) or not value:
         errors.append(f"run: missing, write a table [run.MODEL] (it may be empty); models: {', '.join(MODELS)}")
         return {}
@@ -302,7 +313,7 @@ def _read_runs(value: Any, context: dict, errors: list[str]) -> dict[str, Frozen
         if name not in MODELS:
             errors.append(f"run.{plain(name)}: unknown model{suggest(name, MODELS)}; models: {', '.join(MODELS)}")
             continue
-        settings = _read_section(MODELS[name].settings, table, f"run.{name}", context, errors)
+        settings = _read_section(MODELS[name].settings, table, f"run.{name}", context, errors, tables)
         if settings is not None:
             runs[name] = settings
     return runs

@@ -1,7 +1,7 @@
 """Input errors of a case file in words: each with its key, the value as typed, and the remedy."""
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Literal, cast, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -9,6 +9,8 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from rail_fem.scene.units import Quantity, typed
+
+Tables = Callable[[], Mapping[str, type[BaseModel]]]  # of a file by their names, asked for where a key is unknown
 
 LONGEST_GUESS = 60  # characters of a word for which a known one is looked for
 
@@ -19,17 +21,32 @@ def suggest(word: str, known: Iterable[str]) -> str:
     return f", did you mean '{close[0]}'?" if close else ""
 
 
-def describe_errors(error: ValidationError, section: type[BaseModel], key: str, most: int = 1000) -> list[str]:
-    """One line for each input error, up to `most`, that pydantic found in `section`, which the file calls `key`."""
-    return [": ".join(filter(None, fault)) for fault in faults_of(error, section, key, most)]
+def belongs(name: str, tables: Mapping[str, type[BaseModel]]) -> str:
+    """', it belongs under ...' where one of these tables, or one in them, has a key of exactly this name, else
+    nothing."""
+    paths = (path for key, table in tables.items() for path in _all_keys(table, key))
+    for holder, _, last in (path.rpartition(".") for path in paths):
+        if last == name:
+            return f", it belongs under [{holder}]" if holder else ", it belongs above all tables"
+    return ""
 
 
-def faults_of(error: ValidationError, section: type[BaseModel], key: str, most: int = 1000) -> list[tuple[str, str]]:
+def describe_errors(
+    error: ValidationError, section: type[BaseModel], key: str, most: int = 1000, others: Tables = dict
+) -> list[str]:
+    """One line for each input error, up to `most`, that pydantic found in `section`, which the file calls `key`.
+    others : the file's other tables, to which a key may belong"""
+    return [": ".join(filter(None, fault)) for fault in faults_of(error, section, key, most, others)]
+
+
+def faults_of(
+    error: ValidationError, section: type[BaseModel], key: str, most: int = 1000, others: Tables = dict
+) -> list[tuple[str, str]]:
     """Key, "" for the whole of a section without a name, and remedy of each input error, as in describe_errors."""
     faults = error.errors()[:most]
     holders = {fault["loc"][:end] for fault in faults for end in range(len(fault["loc"]))}
     own = [fault for fault in faults if fault["type"] != "too_short" or fault["loc"] not in holders]  # told by entries
-    return [(_dotted(key, _position(fault)), _remedy(fault, section, key)) for fault in own]
+    return [(_dotted(key, _position(fault)), _remedy(fault, section, key, others)) for fault in own]
 
 
 def _position(error: ErrorDetails) -> tuple:
@@ -61,10 +78,11 @@ def _dotted(key: str, position: tuple) -> str:
     return key.removeprefix(".")
 
 
-def _remedy(error: ErrorDetails, section: type[BaseModel], key: str) -> str:
+def _remedy(error: ErrorDetails, section: type[BaseModel], key: str, others: Tables) -> str:
     position, kind, value = error["loc"], error["type"], quoted(error["input"])
     if kind == "extra_forbidden":
-        return _unknown_key(position, section, key)
+        parent, name = _model_at(section, position[:-1]), str(position[-1])
+        return "unknown key" + (belongs(name, {key: section, **others()}) or suggest(name, fields_of(parent)))
     if kind == "missing":
         return f"missing{_about(_field(section, position))}"
     if kind == "value_error":
@@ -82,13 +100,6 @@ def _remedy(error: ErrorDetails, section: type[BaseModel], key: str) -> str:
 
 def _about(entry: FieldInfo) -> str:
     return f" ({meaning(entry)})" if quantity_of(entry) or entry.description else ""
-
-
-def _unknown_key(position: tuple, section: type[BaseModel], key: str) -> str:
-    parent, name = _model_at(section, position[:-1]), str(position[-1])
-    close = suggest(name, fields_of(parent))
-    elsewhere = [path for path in _all_keys(section, key) if path.rsplit(".", 1)[-1] == name]
-    return f"unknown key, it belongs in {elsewhere[0]}" if elsewhere and not close else f"unknown key{close}"
 
 
 def _all_keys(section: type[BaseModel], key: str) -> list[str]:

@@ -104,7 +104,7 @@ suspension = "maybe"
         "scene.sped: unknown key, did you mean 'speed'?",
         "scene.speed: missing (running speed v)",
         'scene.friction: "0.3 m" has the dimension [length], not that of a plain number, write e.g. "1"',
-        "scene.stiffness: unknown key, it belongs in scene.foundation.stiffness",
+        "scene.stiffness: unknown key, it belongs under [scene.foundation]",
         "scene.direction: unknown value 'facin', did you mean 'facing'? (choose from: facing, trailing)",
         "scene.foundation: 3 is not a table, write [scene.foundation] with its keys below",
         "scene.wheel.profile: unknown value 'worn P8' (choose from: P8, P8-worn, P8-hollow, P1, S1002)",
@@ -132,6 +132,21 @@ suspension = "maybe"
         ),
     ]
     assert sorted(errors) == sorted(expected)
+
+
+def test_a_key_of_another_table_is_told_where_it_belongs(tmp_path):
+    """Above all tables, in a wrong one, and one of several models: that which the file runs."""
+    above = 'speed = "75 mph"\nhardness = "2.8 GPa"\n'
+    text = above + GOOD.replace("[scene]\n", '[scene]\nelement_size = "2 mm"\nsped = 1\n')
+    text += '[run.lumped]\ncell_aspect = 2\nspeed = "75 mph"\n'
+    assert sorted(errors_of(tmp_path, text)) == [
+        "hardness: unknown key, it belongs under [damage]",
+        "run.lumped.cell_aspect: unknown key, it belongs under [run.bem_plastic]",
+        "run.lumped.speed: unknown key, it belongs under [scene]",
+        "scene.element_size: unknown key, it belongs under [run.fe_full]",
+        "scene.sped: unknown key, did you mean 'speed'?",
+        "speed: unknown key, it belongs under [scene]",
+    ]
 
 
 @pytest.mark.parametrize(
