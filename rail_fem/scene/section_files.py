@@ -145,7 +145,7 @@ def _read_table(path: Path, reading: SectionReading) -> tuple[np.ndarray, list[n
     if commas_are_decimal([line for _, line in rows]):
         rows = [(i, line.replace(",", ".")) for i, line in rows]
     named, units = _columns(path, lines[: rows[0][0] - 1], rows[0][1])
-    factor = metres_of(reading.unit) or units or said_unit(lines)
+    factor = metres_of(reading.unit) or units or said_unit(lines, path)
     if factor is None:
         raise ProfileError(f'{path}: write "# unit: mm" (or m) on its first line, or give unit')
     words = ((i, SPLIT.split(line)) for i, line in rows)
@@ -183,7 +183,7 @@ def _read_folder(folder: Path, reading: SectionReading) -> tuple[np.ndarray, lis
             f'{folder}: no list of stations "{path.name}": one row a section with its x and the name of its file'
         )
     lines, _ = read_text(path)
-    factor = metres_of(reading.station_unit) or said_unit(lines)
+    factor = metres_of(reading.station_unit) or said_unit(lines, path)
     if factor is None:
         raise ProfileError(f'{path}: write "# unit: mm" (or m) on its first line, or give station_unit')
     x: list[float] = []

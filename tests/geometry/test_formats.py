@@ -101,6 +101,8 @@ def test_slices_hold_stations_in_metres_and_their_section_files(tmp_path):
         ("1,5,2,5\n2,5,3,5\n", "commas both inside and between"),
         ("1 2\n", "at least 3"),
         ("a\0b", "no text file"),
+        ("# unit: furlong\n1 2\n3 4\n5 6\n", "line 1: unit 'furlong': known are m, cm, mm, inch"),
+        ("Info\nUnit = Furlong\n1 2\n3 4\n5 6\n", "line 2: unit 'Furlong'"),
     ],
 )
 def test_malformed_text_is_refused_with_its_line(tmp_path, text, complaint):
@@ -189,6 +191,21 @@ def test_the_same_head_in_every_format_is_the_same(tmp_path):
         profile = examine(read_raw(tmp_path / name, "rail"), mirror=False).profile
         # its spline has no exact tangents
         assert np.abs(profile.height(y) - rail_head("56E1").height(y)).max() < off + 2e-8
+
+
+@pytest.mark.parametrize(
+    "head, unit",
+    [
+        ("# Length units: [cm]", 1e-2),
+        ("angle unit: deg\nunit = inch", 0.0254),
+        ("% unit: Millimeters", 1e-3),
+        ("angle unit: deg", None),
+    ],
+)
+def test_a_unit_in_words_is_known_and_one_told_overrules_it(tmp_path, head, unit):
+    rows = "\n1 2\n3 4\n5 6\n"
+    assert read_raw(written(tmp_path / "a.txt", head + rows)).unit == unit
+    assert read_raw(written(tmp_path / "b.txt", "# unit: furlong" + rows), unit=0.3048).unit == 0.3048
 
 
 def test_lines_of_words_before_the_first_numbers_are_headings_and_told(tmp_path):

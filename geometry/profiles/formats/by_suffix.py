@@ -66,7 +66,7 @@ def read_raw(path: Path | str, kind: str | None = None, unit: float | None = Non
             raise ProfileError(f"{path}: slices of a rail; a wheel is asked for")
         return one_of(path, read_slices(path, unit), number)
     else:
-        raw = read_columns(path)
+        raw = read_columns(path, unit)
     return replace(
         raw,
         kind=raw.kind if kind is None else kind,

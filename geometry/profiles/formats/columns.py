@@ -14,14 +14,18 @@ COMMENT = ("#", "!", "%", "//", '"')
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 QUOTED = re.compile(r'"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*"\s*[,;\t ]?')  # a cell of a spreadsheet
 BEGINS = re.compile(r"[+-]?(?:[\d.]|(?:nan|inf)\b)", re.IGNORECASE)  # a row of numbers
-UNIT_SAID = re.compile(r"units?\s*[:=]\s*(mm|cm|m|inch|in)\b", re.IGNORECASE)
+UNIT_SAID = re.compile(r"\bunits?\s*[:=]\W*([^\W\d_]+)", re.IGNORECASE)
+SPELT = {"in": "inch", "millimetres": "mm", "millimeters": "mm", "metres": "m", "meters": "m"}
 BACK_SAID = re.compile(r"flange.back\s*[:=]\s*([+-]?\d*\.?\d+)", re.IGNORECASE)
 
 
-def read_columns(path: Path) -> RawProfile:
+def read_columns(path: Path, unit: float | None = None) -> RawProfile:
     """Read two-column text. Further columns are left out and said so; heading lines may come first.
 
-    Raises ProfileError with file and line for what is not a number, and for commas that may be both kinds.
+    unit : length of the file's unit [m]; None: what it says itself
+
+    Raises ProfileError with file and line for what is not a number, for an unknown unit, and for commas that may be
+    both kinds.
     """
     lines, notes = read_text(path)
     lines = [QUOTED.sub(r"\1;", line) if '"' in line else line for line in lines]
@@ -43,16 +47,24 @@ def read_columns(path: Path) -> RawProfile:
         rows,
         path,
         "two-column text",
-        unit=said_unit(lines),
+        unit=said_unit(lines, path) if unit is None else unit,
+        kind="wheel" if back else None,
         notes=tuple(notes),
         flange_back=float(back[1]) if back else None,
     )
 
 
-def said_unit(lines: list[str]) -> float | None:
-    """Length [m] of the unit that a comment says, as in "# unit: mm"; None where none does."""
-    found = UNIT_SAID.search("\n".join(line for line in lines if line.lstrip().startswith(COMMENT)))
-    return UNITS[{"in": "inch"}.get(found[1].lower(), found[1].lower())] if found else None
+def said_unit(lines: list[str], path: Path) -> float | None:
+    """Length [m] of the unit that a comment or heading says, as in "# unit: mm"; None where none does. Errors:
+    ProfileError for one that is not known, where the line speaks of nothing else ("angle unit: deg")."""
+    for i, line in enumerate(lines, 1):
+        if found := UNIT_SAID.search(line):
+            word = SPELT.get(found[1].lower(), found[1].lower())
+            if word in UNITS:
+                return UNITS[word]
+            if not re.search(r"\w", line[: found.start()]):
+                raise ProfileError(f"{path}: line {i}: unit '{found[1]}': known are {', '.join(UNITS)}")
+    return None
 
 
 def has_decimal_comma(lines: list[str], path: Path) -> bool:
