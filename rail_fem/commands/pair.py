@@ -12,9 +12,11 @@ from bem.material import STEEL
 from bem.patch import Patch
 from geometry.axes import GAUGE_FACE_Y, tread_datum_y
 from geometry.contact.prismatic_search import Contacts, ContactSearch
+from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.profile import Profile, ProfileError
 from geometry.profiles.rail import ALSO_CALLED, HEADS, rail_head
 from geometry.profiles.reading import read_profile
+from geometry.profiles.shape import guess_kind
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from geometry.wheelset import SIDES, Track, Wheelset
 from rail_fem.commands.ending import refusing, stop, warn
@@ -75,12 +77,25 @@ def profile_of(text: str, kind: str, inclination: float = 0.0) -> Profile:
         if not Path(text).suffix:
             known = (*WHEEL_NAMES,) if kind == "wheel" else (*HEADS, *ALSO_CALLED)
             stop(f"no {kind} {text!r}: give one of {', '.join(known)}, or a profile file")
+        refuse_other(text, kind)
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             profile = read_profile(text, kind)
         for warning in said:
             warn(str(warning.message))
         return profile
+
+
+def refuse_other(file: str, kind: str) -> None:
+    """Ends the program where a profile file says or, where it is silent, its shape shows that it is of the other
+    kind. Errors: ProfileError, OSError."""
+    raw = read_raw(file)
+    try:
+        found = raw.kind or guess_kind(raw)
+    except ProfileError:  # a part of one: the doctor judges it
+        return
+    if found != kind:
+        stop(f"{file}: a {found} {'as it says' if raw.kind else 'by its shape'}; a {kind} is asked for here")
 
 
 def search_of(wheel: str, rail: str, inclination: str, gauge: str, back_to_back: str, radius: str) -> ContactSearch:

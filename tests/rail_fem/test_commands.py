@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 
 import geometry
+from geometry.profiles.formats.by_suffix import write_profile
+from geometry.profiles.rail import rail_head
+from geometry.profiles.wheel import wheel_profile
 from rail_fem import studies
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.commands.study import STUDIES
@@ -210,6 +213,22 @@ def sum_of(points: list, one: dict) -> float:
 def test_every_mistake_is_a_sentence(words, said):
     text = call(*words, code=2)
     assert said in text and "Traceback" not in text
+
+
+@pytest.mark.parametrize(
+    ("name", "how"),
+    [("a.prw", "as it says"), ("a.csv", "as it says"), ("a.prr", "as it says"), ("b.csv", "by its shape")],
+)
+def test_a_wheel_where_a_rail_is_asked_for_is_refused_and_the_other_way(tmp_path, name, how):
+    wheel = name in ("a.prw", "a.csv", "b.csv")
+    points = wheel_profile("P8").points if wheel else rail_head("56E1").points
+    write_profile(tmp_path / name, points, "wheel" if wheel else "rail")
+    if name == "b.csv":
+        np.savetxt(tmp_path / name, points * 1e3, delimiter=",")
+    file, own = str(tmp_path / name), "wheel" if wheel else "rail"
+    pair, asked = (("P8", file), "rail") if wheel else ((file, "56E1"), "wheel")
+    for command in (("patch", *pair, "--load", "80 kN"), ("contact", *pair)):
+        assert f"a {own} {how}; a {asked} is asked for" in call(*command, code=2)
 
 
 def test_every_study_is_there_and_none_stands_in_no_list():
