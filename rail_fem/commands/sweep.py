@@ -71,7 +71,7 @@ def sweep(
     from rail_fem.scene.units import parse
     from rail_fem.sweeps.array import QUEUES, write_array, write_tasks
     from rail_fem.sweeps.rows import cases_of, is_rows, read_rows, to_prove, write_rows
-    from rail_fem.sweeps.sweep import FAILED, jobs_of, read_cases, run_sweep
+    from rail_fem.sweeps.sweep import FAILED, cannot_start, jobs_of, read_cases, run_sweep
     from rail_fem.sweeps.sweep_report import failures, sweep_report
     from rail_fem.sweeps.trends import load_source
 
@@ -111,6 +111,8 @@ def sweep(
     jobs = jobs_of(found, out, asked or concerned(variations))
     if not jobs:
         stop(f"nothing was run: no case has a table [run.MODEL]: name models with --model, of {', '.join(MODELS)}")
+    for fault in cannot_start(jobs, ranks):
+        typer.echo(f"will not start: {fault}", err=True)
     make_folder(out)
     if not one:
         write_tasks(jobs, out)

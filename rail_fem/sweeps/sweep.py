@@ -21,6 +21,7 @@ from typing import Any, TextIO
 
 from rail_fem.case.casefile import Case
 from rail_fem.case.estimate import available_memory, estimate_run, memory_of
+from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.variations import as_setting, vary_case
 from rail_fem.files import lock
 from rail_fem.hierarchy import MODELS
@@ -110,6 +111,17 @@ def jobs_of(cases: Iterable[Case], out: Path, models: Iterable[str] = ()) -> lis
         if model in wanted
         for case in cases
         if model in case.runs
+    ]
+
+
+def cannot_start(jobs: list[Job], ranks: int) -> list[str]:
+    """Why runs of parallel models will not start, known before the first does, by case and model; light models say it
+    soon enough at their turn."""
+    due = [job for job in jobs if MODELS[job.model].parallel and not (job.folder / "result.json").is_file()]
+    return [
+        f"{job.case.name} {error}"
+        for job in due
+        for error in preflight_errors(job.case.scene, job.case.runs[job.model], ranks, job.model)
     ]
 
 

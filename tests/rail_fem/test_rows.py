@@ -76,6 +76,23 @@ def test_a_list_with_an_unknown_quantity_is_refused_with_those_there_are(tmp_pat
         read_rows(tmp_path / "rows.toml")
 
 
+def test_rows_of_the_explicit_model_that_will_not_start_are_told_before_the_first_does(tmp_path):
+    """A window of steel that leaves the crossing, and one too short; nothing runs here, a job array is written."""
+    case = ROWS.parent / "whole_crossing.toml"
+    (tmp_path / "rows.toml").write_text(
+        f'title = "x"\ncases = ["{case}"]\nmodels = ["fe_full"]\ncolumns = ["largest force"]\n'
+        '[rows]\n"as it is" = {}\nfar = { "run.fe_full.end" = "2900 mm" }\n'
+        'short = { "run.fe_full.window_ahead" = "20 mm" }\n'
+    )
+    told = call("sweep", tmp_path / "rows.toml", "--out", tmp_path / "out", "--array", "slurm").output
+    found = [line.partition("will not start: ")[2] for line in told.splitlines() if "will not start" in line]
+    assert [line.partition(":")[0] for line in found] == [
+        "far run.fe_full.start, end",
+        "short run.fe_full.window_ahead",
+    ]
+    assert "leaves the modelled crossing" in found[0] and "is shorter than" in found[1]
+
+
 @pytest.fixture(scope="module")
 def legs():
     chosen = ("reference worn P8, 1 in 10.75, 75 mph", "transition of 350 mm", "wheel P1")
