@@ -372,8 +372,9 @@ def _maintained(settings: DamageSettings, years: dict[str, Any]) -> str:
 def _subsurface(found: dict[str, float], settings: DamageSettings) -> str:
     return (
         f"Below the surface, {found['depth'] * MM:.1f} mm deep, Dang Van's stress is {found['dang_van']:.2f} of the"
-        f" limit of {settings.fatigue_limit / 1e6:.0f} MPa (above 1: cracks begin), by elastic stresses under the"
-        " largest force."
+        f" limit of {settings.fatigue_limit / 1e6:.0f} MPa (above 1: cracks begin), and Jiang and Sehitoglu's"
+        f" fatigue parameter at most {found['jiang_sehitoglu'] / 1e6:.2g} MPa (its limit is not known here), by"
+        " elastic stresses under the largest force."
     )
 
 

@@ -245,6 +245,7 @@ def test_a_switch_s_page_counts_positions_and_speaks_of_no_casting():
     rate, tonnage = section.rate(section.first()), tonnage_of(case.scene, case.damage)
     told = study_report("", case.damage, summary(case.damage, begin(section), rate, rate) | {"tonnage": tonnage})
     assert "0 wheel passes of 3 kind(s) and position(s);" in told and "casting" not in told
+    assert re.search(r"Jiang and Sehitoglu's fatigue parameter at most 1\.\d MPa", told)
 
 
 def test_no_friction_wears_nothing_and_ten_is_finite():
