@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
-from rail_fem.case.casetext import CaseTextError, read_table
+from rail_fem.case.casetext import CaseTextError, located, read_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.scene.input_errors import Tables, belongs, describe_errors, plain, quoted, suggest
 from rail_fem.scene.scene import LOAD_KEYS, NO_VALUE, Frozen, Scene
@@ -175,11 +175,7 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
     >>> round(case.scene.speed, 3)  # [m/s]
     44.704
     """
-    path = Path(path)
-    if not path.suffix and not path.exists():
-        from rail_fem.case.examples import examples
-
-        path = examples().get(path.as_posix(), path)
+    path = located(path)
     table = _read_table(path)
     command = next((OTHER_FILES[key] for key in OTHER_FILES if key in table and "scene" not in table), None)
     if command:

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from geometry.profiles.formats.raw import LARGEST_FILE, open_file
-from rail_fem.scene.input_errors import describe_errors
+from rail_fem.scene.input_errors import describe_errors, plain, suggest
 
 Kind = TypeVar("Kind", bound=BaseModel)
 
@@ -21,6 +21,7 @@ LARGEST_TEXT = 200_000  # characters without comments; the largest case of the t
 LONGEST_STRING = 2000
 DEEPEST = 12  # brackets in brackets
 MOST_KEYS = 2000
+MOST_BESIDE = 20  # files named beside one that is not there
 MOST_PARTS = 12  # of a key: [run.fe_full] has 2
 LONGEST_WORD = 100  # of a number or a key's part
 # Every alternative matches in one pass, an unclosed text to the end of the file: no part of it is looked at twice.
@@ -37,6 +38,16 @@ class CaseTextError(ValueError):
     """A file that is no case; the message says why and what to do."""
 
 
+def located(path: Path | str) -> Path:
+    """A file, or the example of that name where it is given by a name that is no file's."""
+    path = Path(path)
+    if path.suffix or path.exists():
+        return path
+    from rail_fem.case.examples import examples
+
+    return examples().get(path.as_posix(), path)
+
+
 def read_table(path: Path) -> dict[str, Any]:
     """The tables of a TOML file as plain values. Errors: CaseTextError with one sentence."""
     try:
@@ -45,13 +56,23 @@ def read_table(path: Path) -> dict[str, Any]:
         check_size(text)
         return tomllib.loads(text)
     except FileNotFoundError:
-        raise CaseTextError("no such file; 'rail-fem list' names the examples") from None
+        raise CaseTextError(_absent(path)) from None
     except OSError as error:
         raise CaseTextError(f"cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise CaseTextError(f"byte {error.start} is not UTF-8 text: save the file as UTF-8") from error
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise CaseTextError(f"not valid TOML: {error}") from error
+
+
+def _absent(path: Path) -> str:
+    """That there is no such file, and what there is: beside it, or of examples by their names."""
+    from rail_fem.case.examples import examples
+
+    beside = sorted(file.name for file in path.parent.glob("*.toml"))[:MOST_BESIDE] if path.suffix else []
+    there = f"; beside it: {', '.join(map(plain, beside))}" if beside else ""
+    close = suggest(path.name, beside) if beside else suggest(path.as_posix(), examples())
+    return f"no such file{close}{there}; 'rail-fem list' names the examples"
 
 
 def read_as(path: Path, kind: type[Kind], refused: type[ValueError]) -> Kind:

@@ -64,6 +64,7 @@ def sweep(
     All results come into one folder, with sweep.md and sweep.csv: a row a run, what varies as columns. 'rail-fem show
     OUT --quantity "impact on the wheel" --against speed' draws one against the other.
     """
+    from rail_fem.case.casetext import located
     from rail_fem.case.variations import read_settings, read_variation
     from rail_fem.hierarchy import MODELS
     from rail_fem.processes.pool import MPI, PoolError, Workers
@@ -87,6 +88,7 @@ def sweep(
     if launcher.rank_count() > 1:
         stop("sweep starts mpirun itself, case by case: leave mpirun out and give --ranks")
     with refusing(ValueError):
+        cases = [located(case) for case in cases]
         variations = [read_variation(text) for text in vary or ()]
         rows = read_rows(cases[0]) if len(cases) == 1 and is_rows(cases[0]) else None
         if only is not None and not vary and rows is None:

@@ -61,7 +61,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from rail_fem.case.casefile import Case, load_case
-from rail_fem.case.casetext import read_as
+from rail_fem.case.casetext import located, read_as
 from rail_fem.case.variations import VariationError, field_of, value_of
 from rail_fem.design.observations import FactGroup, read_facts
 from rail_fem.design.record_facts import RecordFact
@@ -330,10 +330,10 @@ class Problem:
         return ratio + self.design.worse * max(ratio - 1, 0.0)
 
 
-def read_design(path: Path) -> Problem:
-    """Read and check a design file, and that its case can be loaded in all passes and proofs. Errors: DesignError,
-    CaseError."""
-    path = Path(path)
+def read_design(path: Path | str) -> Problem:
+    """Read and check a design file, or an example by its name, and that its case can be loaded in all passes and
+    proofs. Errors: DesignError, CaseError."""
+    path = located(path)
     design = _with_common_keys(read_as(path, Design, DesignError))
     facts = read_facts(path.parent / design.observations, DesignError) if design.observations else ()
     return checked(Problem(design, path.parent / design.case, facts), path)

@@ -180,6 +180,11 @@ def test_a_list_of_changes_and_a_design_are_told_from_a_case():
 def test_absent_case_file_is_a_fault(tmp_path):
     with pytest.raises(CaseError, match="no such file"):
         load_case(tmp_path / "absent.toml")
+    (tmp_path / "nose.toml").write_text(GOOD)
+    with pytest.raises(CaseError, match="no such file, did you mean 'nose.toml'.; beside it: nose.toml;"):
+        load_case(tmp_path / "noze.toml")
+    with pytest.raises(CaseError, match="no such file, did you mean 'nose_transfer'"):
+        load_case("nose_transfr")
     with pytest.raises(CaseError, match="cannot be read"):
         load_case(tmp_path)
 

@@ -136,6 +136,14 @@ def test_trials_of_another_search_are_not_taken(bowl, tmp_path):
         SearchRecord(other, tmp_path / "out")
 
 
+def test_a_design_is_found_by_its_name_in_the_list_of_examples_and_a_misspelt_one_is_told():
+    assert read_design("design/leg_and_nose").case.name == "whole_crossing.toml"
+    with pytest.raises(
+        DesignError, match="no such file, did you mean 'leg_and_nose.toml'.; beside it: casting.toml, leg"
+    ):
+        read_design(ROOT / "cases" / "design" / "leg_and_noze.toml")
+
+
 def test_values_are_run_as_they_are_written(tmp_path):
     problem = read_design(design(tmp_path))
     value = rounded(np.array([0.123456789]))
