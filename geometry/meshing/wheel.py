@@ -16,7 +16,7 @@ from geometry.meshing.quality import check_shapes
 from geometry.meshing.section.curve import cut_at_base
 from geometry.meshing.section.parts import size_errors, try_sizes
 from geometry.meshing.section.quads import check_room, mesh_section
-from geometry.meshing.section.rings import LONGEST_SLAB, depth_steps, longest_slab, ring_width
+from geometry.meshing.section.rings import depth_steps, longest_slab, ring_width
 from geometry.meshing.sweep.sweep import sweep
 
 # Of three slabs far from the patch, over the coarse size, and how they grow on the way: forces within 0.11 %, plastic
@@ -99,8 +99,7 @@ def arc_stations(radius: float, spec: WheelMeshSpec) -> np.ndarray:
     """Arc lengths [m] along D0's circle of the planes between slabs: three slabs to a group, fine in the patch. Far
     from it slabs are longer than in a crossing, which is touched all along."""
     reach, fine = radius * spec.half_angle, (-spec.fine_half_length, spec.fine_half_length)
-    far = min(FAR * spec.coarse / 3, LONGEST_SLAB * spec.element_size)
-    longest = max(longest_slab(spec.element_size, spec.coarse), far)
+    longest = longest_slab(spec.element_size, spec.coarse, FAR)
     return graded_line(-reach, reach, fine, spec.slab, max(spec.growth, GROWTH_ALONG), longest, multiple=3)
 
 

@@ -32,10 +32,11 @@ def ring_width(sizes: SectionSizes) -> float:
     return sizes.fine * (RING_THICKNESS + WIDE_STRIP_THICKNESS if sizes.triple_ring else STRIP_THICKNESS)
 
 
-def longest_slab(fine: float, coarse: float) -> float:
+def longest_slab(fine: float, coarse: float, far: float = 1.0) -> float:
     """Length along x [m] up to which slabs grow beyond the fine ones: a third of the coarse size, unless the strip
-    would be too thin for that."""
-    return coarse / 3 if coarse / 3 <= FLAT_SLAB * fine else LONGEST_SLAB * fine
+    would be too thin for that; `far` times as long where nothing touches and the strip is thick enough."""
+    third = coarse / 3 if coarse / 3 <= FLAT_SLAB * fine else LONGEST_SLAB * fine
+    return max(third, min(far * coarse / 3, LONGEST_SLAB * fine))
 
 
 def depth_steps(sizes: SectionSizes) -> np.ndarray:
