@@ -322,6 +322,8 @@ def _disagreements(scene: Scene, name: str, run: Frozen) -> list[str]:
     )
     if start is None or end is None:
         return []
+    if not {"start", "end"} & run.model_fields_set:  # a path that nobody gave has no direction
+        start, end = scene.in_order_of_travel(start, end)
     if (end - start) * scene.direction_sign <= 0:
         side = "above" if scene.direction_sign > 0 else "below"
         return [

@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.case.template import template
 from rail_fem.result.runfolder import fingerprint
 from rail_fem.scene.steel import GRADES
 from rail_fem.settings.explicit import FeSettings
@@ -196,6 +197,16 @@ def test_window_must_lie_along_the_direction_of_travel(tmp_path, direction, star
         + f'[run.fe_full]\nstart = "{start}"\nend = "{end}"\n'
     )
     assert "exchange the two" in errors_of(tmp_path, text)[0]
+
+
+def test_a_path_that_nobody_gave_is_run_either_way(tmp_path):
+    """A file of `init` names fe_full, whose path is written facing: varied over directions by another model, it was
+    refused for it."""
+    path = tmp_path / "case.toml"
+    path.write_text("\n".join(template(["rigid_hertz", "fe_full"])))
+    assert load_case(path, {"scene.direction": "trailing"}).scene.direction_sign < 0
+    with pytest.raises(CaseError, match="exchange the two"):
+        load_case(path, {"scene.direction": "trailing", "run.fe_full.end": "600 mm"})
 
 
 def test_byte_order_mark_is_read_over(tmp_path):
