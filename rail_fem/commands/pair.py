@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from bem.material import STEEL
-from bem.patch import Patch
+from bem.patch import Patch, PatchCutError
 from geometry.axes import GAUGE_FACE_Y, tread_datum_y
 from geometry.contact.prismatic_search import Contacts, ContactSearch
 from geometry.profiles.formats.by_suffix import read_raw
@@ -36,6 +36,7 @@ PRESSED = (
     "lateral force on the wheel [kN]", "half length [mm]", "half width [mm]",
 )  # fmt: skip
 LARGEST_FORCE = 1e7  # [N]
+WIDE_WINDOW = 0.04, 0.03  # half its length and width [m]
 
 
 def length(text: str, unit: str = "mm") -> float:
@@ -190,13 +191,16 @@ def patch_of(
         pair = bring_together(
             wheelset.left, head, datum, wheelset.radius_of("left"), (STEEL, STEEL), label=f"{wheel} on {rail}"
         )
-        found = pair.patch(vertical, cells)
+        try:
+            found = pair.patch(vertical, cells)
+        except PatchCutError:  # of a flange, or of an impact
+            found = pair.patch(vertical, cells, pair.window(*WIDE_WINDOW))
     centre = pair.point + pair.frame.T @ [*found.centre_of_pressure, 0.0]
     return found, {
-        "first point of contact y [mm]": pair.point[1] * 1e3,
-        "centre of pressure y [mm]": centre[1] * 1e3,
+        "first contact from the gauge face [mm]": (pair.point[1] - GAUGE_FACE_Y) * 1e3,
+        "centre of pressure from the gauge face [mm]": (centre[1] - GAUGE_FACE_Y) * 1e3,
         "normal force [kN]": found.normal_force / 1e3,
-        "largest pressure [MPa]": found.max_pressure / 1e6,
+        "largest elastic pressure [MPa]": found.max_pressure / 1e6,
         "contact area [mm2]": found.contact_area * 1e6,
         "length [mm]": found.extent[0] * 1e3,
         "width [mm]": found.extent[1] * 1e3,

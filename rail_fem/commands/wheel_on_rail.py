@@ -105,6 +105,6 @@ def patch(
         except (ValueError, OSError) as error:  # a suffix that is no picture's
             stop(f"--figure {figure}: cannot be drawn: {getattr(error, 'strerror', None) or error}")
     emit(values | {"warnings": list(found.warnings)})
-    say("\n".join(f"  {name:28s} {value:10.3f}" for name, value in values.items()))
+    say("\n".join(f"  {name:43s} {value:10.3f}" for name, value in values.items()))
     for text in found.warnings:
         say(f"  warning: {text}")

@@ -134,7 +134,18 @@ def test_the_patch_of_the_command_carries_the_load(tmp_path):
         found["normal force [kN]"] == pytest.approx(50.0, rel=0.01) and (tmp_path / "patch.png").stat().st_size > 5000
     )
     heavier = json.loads(call("patch", "P8", "56E1", "--load", "100 kN", "--json"))
-    assert heavier["largest pressure [MPa]"] > found["largest pressure [MPa]"] > 500
+    assert heavier["largest elastic pressure [MPa]"] > found["largest elastic pressure [MPa]"] > 500
+
+
+def test_an_impact_and_a_flange_have_a_patch():
+    """1 MN on a tread and 80 kN on a flange that climbs: longer than 24 mm each, where the search ended. The
+    tread's grows between the third root of a point contact and the square root of a line."""
+    light, heavy, flange = (
+        json.loads(call("patch", "P8", "60E1", "--load", load, "--shift", shift, "--json"))
+        for load, shift in (("500 kN", "0 mm"), ("1 MN", "0 mm"), ("80 kN", "20 mm"))
+    )
+    assert 2 ** (1 / 3) < heavy["length [mm]"] / light["length [mm]"] <= 2 ** (1 / 2) and heavy["length [mm]"] > 24
+    assert flange["first contact from the gauge face [mm]"] < 5 and flange["length [mm]"] > 24
 
 
 @pytest.mark.parametrize("rail", ["56E1", "60E1"])
@@ -143,8 +154,8 @@ def test_a_patch_lies_where_the_wheelset_touches(rail):
     this millimetre a P8 touches 10 mm aside, at half more pressure."""
     alone = json.loads(call("contact", "P8", rail, "--json"))["points"][0]
     pressed = json.loads(call("patch", "P8", rail, "--load", "50 kN", "--json"))
-    middle = 1435 / 2 + 35  # of the track's axes in those of the rail
-    assert pressed["first point of contact y [mm]"] == pytest.approx(alone["lateral position [mm]"] - middle, abs=0.01)
+    found = pressed["first contact from the gauge face [mm]"]
+    assert found == pytest.approx(alone["lateral position [mm]"] - 1435 / 2, abs=0.01)
 
 
 def test_a_table_over_shift_yaw_and_height_carries_more_the_lower_the_wheelset_stands(tmp_path):
