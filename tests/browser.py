@@ -1,7 +1,5 @@
 """A headless Chromium for tests of pages; they are skipped where there is none."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

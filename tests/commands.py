@@ -1,7 +1,5 @@
 """The command line in the tests' own process."""
 
-from __future__ import annotations
-
 import shlex
 
 from typer.testing import CliRunner, Result

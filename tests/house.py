@@ -7,8 +7,6 @@ circles         groups of files that import one another, by either means
 way             files of which a function runs in `rail-fem run` by rigid_hertz (--way: runs it, half a minute)
 """
 
-from __future__ import annotations
-
 import ast
 import re
 import runpy

@@ -6,8 +6,6 @@ arrays that only one of them writes are named. Without --against: prints a diges
 left out. Some five minutes of a core for each checkout with its kernels compiled.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import os

@@ -12,8 +12,6 @@ Sources: Lubich, Numer. Math. 52 (1988) 129 and 413; Banjai and Schanz (2010): f
 solutions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -11,8 +11,6 @@ at the bound. Gaps are those of the outlines where they met: slides are small be
 heat, which belongs to the balance of energy.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -8,8 +8,6 @@ where u* is what the step before gives. So each step is one solution with a cons
 where D is, and the loads see the body through its dynamic compliance C - L' (D + k M^-1)^-1 L.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass

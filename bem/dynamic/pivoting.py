@@ -5,8 +5,6 @@
 Block principal pivoting of bem.plane.coulomb; with friction the slip of the step decides.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from bem.plane.coulomb import ContactSystem, Control, ConvergenceError, refuse_bad_friction, solve_step

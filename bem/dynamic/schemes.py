@@ -7,8 +7,6 @@ Sources: backward Euler as in the thesis, eq. 6-3 and 6-4; Newmark (1959); gener
 Appl. Mech. 60 (1993) 371 (from memory; its limits are tests: alpha = 1/2 and no dissipation at radius 1).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from bem.checks import refuse_unless_finite

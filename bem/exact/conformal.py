@@ -7,8 +7,6 @@ and Decuzzi, Int. J. Solids Struct. 38 (2001) 4507, for Dundurs' constants of ze
 the table of E* dR / P and p0 R / P that the tests quote.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 

@@ -3,8 +3,6 @@
 Source: Johnson, Contact Mechanics (1985), sections 5.4, 7.2 and 8.3.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipkm1, expit

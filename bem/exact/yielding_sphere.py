@@ -11,8 +11,6 @@ Sources, as they are coded in published programs (the papers themselves were not
         github.com/tmd-lab/microslip-rough-contact, eq. 5, 6, 23, 24, 27 to 29 there, with its later hardness
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -7,8 +7,6 @@ distance: that replaces the slip of bem.plane.coulomb, and the tangential motion
 Error: first order in element size, from the backward difference (tests/bem/test_contact_friction.py).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from bem.checks import refuse_unless_finite

@@ -5,8 +5,6 @@ the difference counted as plastic strain. So did the thesis (section 6.3.2). The
 here to be compared with.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -6,8 +6,6 @@ dispersion, and the tip moves by
     u(t) = c / E [P(t) - 2 P(t - 2 L/c) + 2 P(t - 4 L/c) - ...],        P(t) the integral of the traction
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -12,8 +12,6 @@ lies 20 mm behind the mean line of contact; E 210 GPa, nu 0.3; plane strain; 10 
 middle 2 mm |
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from bem.material import STEEL, Elastic

@@ -7,8 +7,6 @@ hold them. Truth: normal contact at a sixth of the cell, tangential at a quarter
 slices at a third of the cell and half the station spacing, plane contact at a twentieth of the accuracy asked for.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -5,8 +5,6 @@ Persson's pin, Cattaneo, Carter, Spence): errors of peak, profile, stick. bem/ve
 their observed orders; the tests hold them.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from bem.exact.conformal import pin_clearance, pin_pressure

@@ -10,8 +10,6 @@ there the error is the worst at 1, 1.13 and 1.29 times the fineness, and the ord
 pressure is that of no friction.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

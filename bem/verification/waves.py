@@ -12,8 +12,6 @@ from memory: derived here by Cagniard's method and held to Flamant's solution at
 transform (tests/bem/dynamic/test_waves.py).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import NamedTuple

@@ -4,8 +4,6 @@
 `.. history-columns::` lists the columns of a history, `.. commands::` the commands of the terminal with their options.
 """
 
-from __future__ import annotations
-
 import importlib
 
 from docutils import nodes

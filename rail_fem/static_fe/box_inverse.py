@@ -8,8 +8,6 @@ Source: R. E. Lynch, J. R. Rice, D. H. Thomas, Direct solution of partial differ
 (1964).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.linalg import eigh
 

@@ -7,8 +7,6 @@ Cost, 100 mm deep: 5, 11, 33 core seconds and 0.7, 1.1, 1.9 GB for 0.5, 1, 2 m o
 1.7 m.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

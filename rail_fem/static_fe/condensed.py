@@ -9,8 +9,6 @@ AIAA J. 39 (2001) 1182 (both from memory, not verified).
 Error: from above in stiffness and frequency, by what the functions and the modes left out lack.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import ufl
 from mpi4py import MPI

@@ -1,7 +1,5 @@
 """A patch by static finite elements of several sizes, and the limit they tend to."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable

@@ -5,8 +5,6 @@ of the face and gaps closed in the mean of the same hats (as plane_contact.py). 
 outlines, the striker's own motion, the schemes' weights and the solver of the complementarity problem.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -5,8 +5,6 @@ with them only the outline's curve. A held edge moves with the holder; the rest 
 Error: second order in stress, third in displacement where the solution is smooth (tests/versus/test_plane_strain.py).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

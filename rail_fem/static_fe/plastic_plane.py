@@ -6,8 +6,6 @@ and plastic strain are brought to agree by Anderson's mixing.
 Error: second order in the element (rail_fem/studies/plane_plastic.py shows two sizes).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ Bilinear quadrilaterals with mean dilatation, about an axis or in plane strain. 
 node of the surface just touches, so that the contact's size is known without interpolation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

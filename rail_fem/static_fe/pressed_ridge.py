@@ -7,8 +7,6 @@ plane strain is a body of revolution far from its axis. Small strain on the unde
 Error: second order in displacement; `rail-fem study plastic-ridge` shows two sizes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

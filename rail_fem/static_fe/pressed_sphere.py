@@ -6,8 +6,6 @@ Displacements are small and the sphere's surface moves straight down: the same p
 means. The mesh ends far away, where it moves as the half-space does under a force at a point.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

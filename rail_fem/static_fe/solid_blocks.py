@@ -6,8 +6,6 @@ up. The pair is symmetric about x = 0, so that half of it is meshed. Both blocks
 and s; a block that ends earlier along s has a free side there, an edge.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

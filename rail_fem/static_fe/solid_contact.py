@@ -14,8 +14,6 @@ Hribar, J. Nocedal, SIAM J. Sci. Comput. 23 (2001) 1376 (projected conjugate gra
 Error: second order in the element for pressure and area (tests/versus/test_solid_contact.py).
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -7,8 +7,6 @@ LEAST. They stand on the whole wheel's mesh, the condensed body is that without 
 x = 0 at the axle, y from the tread datum, z above its lowest point.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 from math import comb

@@ -1,8 +1,6 @@
 """Closed forms that judge and that nothing else asks for: impact of spheres, compression and stress below Hertz
 contacts, spheres in partial slip, Kalker's linear theory. The others: bem.exact."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

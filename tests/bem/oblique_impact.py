@@ -9,8 +9,6 @@ sliding begins and ends (tests/bem/test_oblique_impact.py): psi_after = psi - sl
 from psi = slide - 1 on; sticking at the start below psi = 1.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -8,8 +8,6 @@ Source: Polach, Wear 258 (2005) 992 (recalled, not opened). For kA = kS = 1 and 
 for large s friction times load, by which the formula is checked.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from bem.exact.kalker_table import coefficients

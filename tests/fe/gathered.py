@@ -1,7 +1,5 @@
 """Fields of all ranks on root, in the numbering of the input mesh, for tests."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rail_fem.fe.domain import Domain

@@ -1,7 +1,5 @@
 """A thick ring under internal pressure by boundary elements with yielding cells, held to an exact solution."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

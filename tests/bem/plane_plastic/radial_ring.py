@@ -5,8 +5,6 @@ the closed form at Poisson's ratio near one half, tests/bem/plane_plastic/test_p
 of the package (tests/bem/plastic/test_return_map.py).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ Exact: first yield by von Mises at p0 = 1 / 0.5575 = 1.794 yield stresses (nu 0.
 across, so that the half-space is in plane strain.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
