@@ -39,7 +39,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     }
     for name, size, aspect, window, twin in (
         ("fast", "1.4 mm", 2.0, "60 mm", False),
-        ("fine", "0.7 mm", 2.0, "45 mm", True),
+        ("fine", "0.7 mm", 2.0, "60 mm", True),
         ("finest", "0.5 mm", 1.5, "45 mm", True),
     )
 }
