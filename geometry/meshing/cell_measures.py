@@ -109,7 +109,7 @@ def scaled_jacobian(corner):
             here, i, j, l = CORNERS[k]
             a, b, c = _edge(corner[m], here, i), _edge(corner[m], here, j), _edge(corner[m], here, l)
             share = _dot(a, _cross(b, c)) / np.sqrt(_dot(a, a) * _dot(b, b) * _dot(c, c))
-            if not share >= least:  # keeps what is not a number
+            if share < least or share != share:  # keeps what is not a number: no later one is below it
                 least = share
         out[m] = least
     return out

@@ -156,7 +156,7 @@ class Structure:
         for b, work in self.views:
             own = b.nodes, b.filled, b.material_of, self.table, b.state, b.back
             smallest = self.update_elements(self.x, self.v, dt, *own, self.force, work)
-            if not smallest >= self.smallest_volume:  # keeps what is not a number
+            if smallest < self.smallest_volume or smallest != smallest:  # keeps what is not a number
                 self.smallest_volume = smallest
         self._add_small_force(self.x, self.domain.reference, self.v, self.damping, self.force)
 

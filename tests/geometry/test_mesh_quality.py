@@ -137,6 +137,15 @@ def test_flat_and_folded_cells_are_refused_with_body_place_and_remedy():
     check_shapes(one_cell((REFERENCE + 1) / 2), "take care")
 
 
+@pytest.mark.parametrize("edge", [(0, 1), (3, 4), (5, 6), (6, 7), (7, 4)])
+def test_a_cell_with_two_corners_in_one_place_is_refused(edge):
+    points = (REFERENCE + 1) / 2
+    points[edge[1]] = points[edge[0]]
+    assert not scaled_jacobian(points[None])[0] > 0
+    with pytest.raises(MeshError, match="folded or flat cell"):
+        check_shapes(one_cell(points), "take care")
+
+
 def test_judging_a_mesh_takes_little_beside_the_mesh():
     """Some cells at a time: of all at once 120 MB."""
     mesh = mesh_box((1.0, 1.0, 1.0), (40, 40, 40))
