@@ -14,7 +14,7 @@ from mpi4py import MPI
 
 from geometry.meshing.quality import cell_centres
 from rail_fem.fe.compat import create_hexahedral_mesh, geometry_dofmap, original_cells
-from rail_fem.fe.halo import Halo
+from rail_fem.fe.halo import Halo, common_nodes
 from rail_fem.fe.heap import give_back_free_memory
 from rail_fem.fe.partition import balanced_parts
 
@@ -68,8 +68,9 @@ class Domain:
         given = None if wanted is None else [np.asarray(region)[cells] for cells in wanted]
         self.region = comm.scatter(given, root=0)
         starts = np.array(comm.allgather(index_map.local_range[0]))
-        self._owner = np.array(index_map.owners, np.int64)
-        self._place = np.array(index_map.ghosts, np.int64) - starts[self._owner]
+        owner = np.array(index_map.owners, np.int64)
+        place = np.array(index_map.ghosts, np.int64) - starts[owner]
+        self._common = common_nodes(comm, self.n_owned, owner, place)
         self._all = self.halo()
         self.mesh: Any = mesh if keep_mesh else None
         del cells, points, region, wanted, given, ordered, destination, geometry, index_map, mesh
@@ -84,8 +85,8 @@ class Domain:
         return np.zeros(3 * self.n_nodes)
 
     def halo(self) -> Halo:
-        """An exchange of its own, of all nodes until it is told which. Collective."""
-        return Halo(self.comm, self.n_owned, self._owner, self._place)
+        """An exchange of its own, of all nodes until it is told which. Rank-local."""
+        return Halo(self.comm, self._common, self.n_nodes)
 
     def sum_up(self, field: np.ndarray) -> None:
         """What all ranks have at a node, summed up, in place (3 n_nodes,), the same on all of them. Collective."""

@@ -18,15 +18,13 @@ from rail_fem.fe.node_kernels import sum_rows, take_rows
 class Halo:
     """Sums of nodal vectors (3 n_nodes,) at chosen nodes; at first all.
 
-    first : local number of the first ghost;  owner : (n_ghosts,) rank that owns each;  place : (n_ghosts,) number that
-    it has there
+    common : of each rank, the local nodes that this one has in common with it (`common_nodes`)
     """
 
-    def __init__(self, comm: MPI.Comm, first: int, owner: np.ndarray, place: np.ndarray):
-        self.comm = comm
+    def __init__(self, comm: MPI.Comm, common: list[np.ndarray], n_nodes: int):
+        self.comm, self.common = comm, common
         self.requests: list[MPI.Prequest] = []
-        self.common = _common_nodes(comm, first, owner, place)
-        self.choose(np.ones(first + len(owner), bool))
+        self.choose(np.ones(n_nodes, bool))
 
     def choose(self, wanted: np.ndarray) -> None:
         """From now on sum up these nodes (n_nodes,) bool: a node on all ranks that have it, or on none. Rank-local."""
@@ -58,9 +56,12 @@ class Halo:
         sum_rows(field, self.shared, self.parts, self.at_parts)
 
 
-def _common_nodes(comm: MPI.Comm, first: int, owner: np.ndarray, place: np.ndarray) -> list[np.ndarray]:
-    """Local nodes that this rank has in common with each rank, in one order on both; arguments as of `Halo`.
-    Collective."""
+def common_nodes(comm: MPI.Comm, first: int, owner: np.ndarray, place: np.ndarray) -> list[np.ndarray]:
+    """Local nodes that this rank has in common with each rank, in one order on both. Collective.
+
+    first : local number of the first ghost;  owner : (n_ghosts,) rank that owns each;  place : (n_ghosts,) number that
+    it has there
+    """
     ghosts_of = [np.flatnonzero(owner == rank) for rank in range(comm.size)]
     asked = comm.alltoall([place[ghosts] for ghosts in ghosts_of])
     rank_of = np.repeat(np.arange(comm.size), list(map(len, asked)))
