@@ -10,16 +10,16 @@ from rail_fem.case.casefile import late_approach
 from rail_fem.contact.rigid import rigid_path, window_errors, with_window
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings, FeWindowSettings
-from rail_fem.settings.light import BemPlasticSettings, PassSettings, unfit_parts
+from rail_fem.settings.light import BemPlasticSettings, P2Settings, PassSettings, unfit_parts
 
 
 def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> list[str]:
     """Parts of the scene that the model does not take, no track mass under light models, a wheel's body that cannot be,
     too little memory, more ranks than cells, mass scaling that no body allows, a window that leaves the crossing or
-    settles across a transfer, a wheelset that cannot begin on the diverging route, too few bearers, a travelling window
-    that is too short, elements too large for it, error bars that were never calibrated, a mesh of one's own that cannot
-    be run, what a graphics card does not take, cells of the plastic half-space beyond what it takes; one line each with
-    the remedy."""
+    settles across a transfer, a path without a dip, a wheelset that cannot begin on the diverging route, too few
+    bearers, a travelling window that is too short, elements too large for it, error bars that were never calibrated, a
+    mesh of one's own that cannot be run, what a graphics card does not take, cells of the plastic half-space beyond
+    what it takes; one line each with the remedy."""
     if unfit := unfit_parts(scene, asked):
         return [f"run.{model}: {error}" for error in unfit]
     try:
@@ -33,6 +33,8 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
             refuse_impossible(scene.wheel_body, scene)
     except ValueError as error:
         return [str(error)]
+    if isinstance(asked, P2Settings):
+        return _dip_errors(scene, asked, model)
     if isinstance(asked, BemPlasticSettings):
         return _window_errors(scene, asked, model)
     if isinstance(asked, PassSettings):
@@ -61,6 +63,19 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
     if settings.mesh:
         return errors or own_mesh_errors(scene, settings, model)
     return errors or mesh_errors(scene, settings, model)
+
+
+def _dip_errors(scene: Scene, settings: P2Settings, model: str) -> list[str]:
+    """Why the rigid wheel's path has no dip angle, where none is given: it changes body nowhere, or elsewhere."""
+    if settings.dip_angle is not None:
+        return []
+    from rail_fem.models.p2_formula import dip_table, rigid_dip
+
+    try:
+        rigid_dip(dip_table(scene))
+    except (CrossingError, ValueError) as error:
+        return [f"run.{model}: {error}"]
+    return []
 
 
 def _window_errors(scene: Scene, settings: BemPlasticSettings, model: str) -> list[str]:

@@ -38,7 +38,7 @@ def solve(
     dip, transfer, constant = settings.dip_angle, NAN, NAN
     started, search_time = working_time(), 0.0
     if dip is None:
-        table = contact_table(scene, *looked_at(scene), SPACING)
+        table = dip_table(scene)
         started, search_time = working_time(), table.search_time
         dip, transfer, constant = rigid_dip(table)
     load, mass = scene.static_wheel_load, unsprung_mass(scene, settings.unsprung)
@@ -78,6 +78,11 @@ def solve(
     )
 
 
+def dip_table(scene: Scene) -> ContactTable:
+    """The contacts along the path in whose bend the dip angle is; kept, so that who looks beforehand costs nothing."""
+    return contact_table(scene, *looked_at(scene), SPACING)
+
+
 def looked_at(scene: Scene) -> tuple[float, float]:
     """Low and high x of the stretch on which the path's bend is looked for, within the crossing [m]."""
     if scene.crossing.family == JOINT:
@@ -100,8 +105,8 @@ def rigid_dip(table: ContactTable) -> tuple[float, float, float]:
         return float(table.slope[0].max() - table.slope[0].min()), float(table.x[bend]), float(table.stiffness[0, bend])
     if not len(table.transfers):
         raise ValueError(
-            f"p2_formula: a rigid wheel never changes from wing to nose between x = {table.x[0] * 1e3:.0f} and"
-            f" {table.x[-1] * 1e3:.0f} mm: give dip_angle"
+            f"a rigid wheel never changes body between x = {table.x[0] * 1e3:.0f} and {table.x[-1] * 1e3:.0f} mm: give"
+            " dip_angle"
         )
     transfer = float(table.transfers[0])
     before, after = (

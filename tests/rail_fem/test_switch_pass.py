@@ -8,9 +8,10 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.joint import Joint
 from geometry.surfaces.switch import Switch
 from geometry.surfaces.switch_rails import switch_rails
+from rail_fem.case.preflight import preflight_errors
 from rail_fem.models import rigid_hertz
 from rail_fem.scene.scene import Crossing
-from rail_fem.settings.light import RigidHertzSettings
+from rail_fem.settings.light import P2Settings, RigidHertzSettings
 from tests.rail_fem.joint_passes import joint_scene
 
 TRANSFER = 2.734  # of a nominal P8, as the rigid path has it [m]
@@ -48,6 +49,15 @@ def test_a_wheel_passes_from_stock_rail_to_switch_rail_with_a_small_impact(scene
     assert found[1].peaks["first_impact_on_nose"].value == pytest.approx(first.value, rel=1e-3)
     behind = found[0].history["x"] > 3.0
     assert not found[0].history["force_wing"][behind].any()
+
+
+def test_the_formula_is_refused_before_it_runs_where_no_dip_angle_is_given_and_none_is_found(scene):
+    """It ended in the run; a crossing with a transfer, a joint and an angle of one's own are taken."""
+    errors = lambda scene, **given: preflight_errors(scene, P2Settings(**given), 1, "p2_formula")
+    (said,) = errors(scene)
+    assert said.startswith("run.p2_formula: a rigid wheel never changes body") and said.endswith("give dip_angle")
+    assert errors(scene, dip_angle=5e-3) == [] == errors(joint_scene(5e-3))
+    assert errors(scene.replace(crossing=Crossing())) == []
 
 
 def test_defaults_of_switch_and_joint_are_those_of_their_surfaces():
