@@ -6,6 +6,7 @@ What only one family needs is imported where that family is made.
 from __future__ import annotations
 
 import functools
+import re
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
@@ -145,6 +146,13 @@ class Crossing(FromFile):
     extend: bool = Field(False, description="carry both ends on straight beyond the first and last section")
     read: SkipJsonSchema[Any] = Field(None, exclude=True, repr=False, validate_default=True)
     digest: str = Field("", validate_default=True, description="digest of the sections")
+
+    @field_validator("ratio", mode="before")
+    @classmethod
+    def _written_with_its_one(cls, ratio: Any) -> Any:
+        """ "1:9.25" says what 9.25 does."""
+        written = re.fullmatch(r"\s*1\s*:([^:]+)", ratio) if isinstance(ratio, str) else None
+        return written[1] if written else ratio
 
     @field_validator("file")
     @classmethod

@@ -224,6 +224,11 @@ def test_unchanged_parameters_leave_a_case_what_it_was(tmp_path):
     }
 
 
+def test_a_ratio_may_be_written_with_its_one():
+    """It was refused as a number of the unit ":9.25"."""
+    assert Crossing(ratio="1:9.25").ratio == Crossing(ratio=" 1 : 9.25").ratio == Crossing(ratio=9.25).ratio == 9.25
+
+
 @pytest.mark.parametrize(
     "lines, complaint",
     [
