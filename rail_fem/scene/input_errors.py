@@ -13,12 +13,17 @@ from rail_fem.scene.units import Quantity, typed
 Tables = Callable[[], Mapping[str, type[BaseModel]]]  # of a file by their names, asked for where a key is unknown
 
 LONGEST_GUESS = 60  # characters of a word for which a known one is looked for
+MOST_GUESSES = 5  # that are looked at
 
 
 def suggest(word: str, known: Iterable[str]) -> str:
-    """', did you mean ...?' when a known word is close, else nothing."""
-    close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6) if len(word) <= LONGEST_GUESS else []
-    return f", did you mean '{close[0]}'?" if close else ""
+    """', did you mean ...?' when a known word is close, else nothing; before the closest by its letters one that has
+    the same last part, the thing that is meant: 'axle_load' or 'wheel_count' for wheel_load."""
+    close = difflib.get_close_matches(word, list(known), n=MOST_GUESSES) if 0 < len(word) <= LONGEST_GUESS else []
+    first, _, last = word.rpartition("_")
+    same = [one for one in close if first and one.rpartition("_")[2] == last]
+    guesses = " or ".join(f"'{one}'" for one in dict.fromkeys([*same[:1], *close[:1]]))
+    return f", did you mean {guesses}?" if guesses else ""
 
 
 def belongs(name: str, tables: Mapping[str, type[BaseModel]]) -> str:

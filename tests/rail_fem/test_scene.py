@@ -176,6 +176,9 @@ def test_smoke_settings_are_short_and_still_valid():
     [
         ({"sped": "3 mph"}, "sped: unknown key, did you mean 'speed'?"),
         ({"foundation": {"stifness": "1 N/m"}}, "foundation.stifness: unknown key, did you mean 'stiffness'?"),
+        ({"vehicle": {"wheel_load": "1 t"}}, "wheel_load: unknown key, did you mean 'axle_load' or 'wheel_count'?"),
+        ({"crossing": {"ratio": "1:40"}}, "crossing.ratio: 40 is outside [6, 32] for the crossing ratio N of 1:N"),
+        ({"crossing": {"ratio": "2:9"}}, 'crossing.ratio: "2:9"'),
         ({"speed": "75"}, 'speed: "75" has no unit, write e.g. "75 mph"'),
         ({"wheel": "P8"}, "wheel: 'P8' is not a table, write [wheel] with its keys below"),
         ({"crossing": {"ratio": -1}}, "crossing.ratio: -1 is outside [6, 32] for the crossing ratio N of 1:N"),
