@@ -32,6 +32,7 @@ from numba.core.caching import (
     IndexDataCacheFile,
     _CacheLocator,  # the interface that numba's setting CACHE_LOCATOR_CLASSES asks for
 )
+from numba.core.codegen import get_host_cpu_features
 
 BENEATH = bool(__package__)  # of a wheel: all packages lie beneath one (setup.py)
 ROOT = Path(__file__).resolve().parents[BENEATH]
@@ -237,6 +238,15 @@ class SourcesLocator(_CacheLocator):
         """Line of the function: tells functions of one name apart."""
         return str(self.line)
 
+
+def whole_vectors(features: str) -> str:
+    """A processor's features as LLVM names them, with vectors of 512 bits where it has such. LLVM takes half of them on
+    Intel's, for programs that use them seldom and would be clocked lower for it; a step is little else."""
+    return f"{features},-prefer-256-bit" if "+avx512f" in features.split(",") else features
+
+
+if numba.config.CPU_FEATURES is None:  # not the user's own, NUMBA_CPU_FEATURES
+    numba.config.CPU_FEATURES = whole_vectors(get_host_cpu_features())
 
 if __name__ not in numba.config.CACHE_LOCATOR_CLASSES:
     others = numba.config.CACHE_LOCATOR_CLASSES or ",".join(NUMBAS_OWN)

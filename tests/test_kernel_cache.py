@@ -4,6 +4,7 @@ package, command or test."""
 import hashlib
 import os
 import pickle
+import platform
 import re
 import shutil
 import stat
@@ -235,3 +236,19 @@ def test_kernels_of_long_ago_are_removed(tmp_path):
     left = {path.name for path in home.iterdir()}
     assert "notes" in left and len(left) == 1 + kernel_cache.VERSIONS
     assert f"one_{0:016x}" in left and f"one_{7:016x}" not in left
+
+
+def test_kernels_take_the_whole_vectors_of_a_processor_or_those_that_the_user_says():
+    """The machine code of a loop has registers of 512 bits where the processor has them, which LLVM alone leaves unused
+    on Intel's; with the user's own features it is as they say."""
+    code = (
+        "import llvmlite.binding as llvm\nfrom kernel_cache import njit\n\n@njit\ndef scale(a):\n"
+        "    for i in range(a.size):\n        a[i] = 3.0 * a[i] + 1.0\n\nscale.compile('void(float64[::1])')\n"
+        "print(llvm.get_host_cpu_features().get('avx512f', False), 'zmm' in next(iter(scale.inspect_asm().values())))"
+    )
+    has_them, takes_them = answer(code, ROOT).split()
+    assert has_them == takes_them
+    if platform.machine() == "x86_64":
+        assert answer(code, ROOT, NUMBA_CPU_NAME="haswell", NUMBA_CPU_FEATURES="+avx,+avx2,+fma").split()[1] == "False"
+    assert kernel_cache.whole_vectors("+avx2,+avx512f") == "+avx2,+avx512f,-prefer-256-bit"
+    assert kernel_cache.whole_vectors("+avx2,-avx512f") == "+avx2,-avx512f"
