@@ -128,7 +128,7 @@ def low_pass(
     """Write a run's history with forces and heights low-passed, as P2 is quoted at 20 Hz; the run stays as it is."""
     from rail_fem.files.atomic import write_text_atomically
     from rail_fem.result.history import shown_table
-    from rail_fem.result.low_pass import filtered_peak, low_passed
+    from rail_fem.result.low_pass import filtered_peak, low_passed, overshoot
     from rail_fem.result.result import load
     from rail_fem.scene.units import engineering, parse
 
@@ -142,6 +142,6 @@ def low_pass(
         peak = filtered_peak(result, frequency)
         found = "none on this record: it is shorter than two periods, or highest within one of an end"
         if peak is not None:
-            found = f"{engineering(peak.value, 'N')} at x = {1e3 * peak.x:.1f} mm"
+            found = f"{engineering(peak.value, 'N')} at x = {1e3 * peak.x:.1f} mm{overshoot(result, peak)}"
         say(f"largest force low-passed at {cutoff}: {found}")
         say(f"written {out}")

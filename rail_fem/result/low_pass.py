@@ -1,7 +1,8 @@
 """Low-pass filtering of histories: one filter for results, measurements and figures.
 
 Butterworth of fourth order run forwards and backwards, so that peaks stay where they are: no phase, 6 dB at the
-cut-off, eighth-order roll-off. The trade quotes P2 as a force low-passed at 20 Hz.
+cut-off, eighth-order roll-off. The trade quotes P2 as a force low-passed at 20 Hz. Its weights have both signs: of a
+step it makes 1.07, and of a broad peak more than was there.
 
 A peak of what is filtered is one of the record only where the filter's length lies on it to both sides: ends are
 carried on with their values, and a record that ends high is highest there.
@@ -91,3 +92,9 @@ def filtered_peak(result: PassResult, cutoff: float) -> Peak | None:
     if not is_its_own(rows["time"], best, cutoff):
         return None
     return Peak(float(force[best]), "N", x=float(rows["x"][best]), time=float(rows["time"][best]))
+
+
+def overshoot(result: PassResult, peak: Peak) -> str:
+    """What is to be said of a `filtered_peak` above all of the force that was filtered; "" where it is not."""
+    above = peak.value > after_settling(result.history, result.settings.get("settle_time") or -np.inf)["force"].max()
+    return ", above the force itself: the filter overshoots" if above else ""

@@ -10,7 +10,7 @@ import numpy as np
 from rail_fem.processes.progress import duration, read_status
 from rail_fem.result.events import flights, stated_peaks, way_over
 from rail_fem.result.history import COLUMNS
-from rail_fem.result.low_pass import CUTOFFS, filtered_peak
+from rail_fem.result.low_pass import CUTOFFS, filtered_peak, overshoot
 from rail_fem.result.quantities import FORCES, REPORTED, impact_pressure
 from rail_fem.result.result import Cost, PassResult, load
 from rail_fem.scene.crossing import JOINT
@@ -55,8 +55,8 @@ def headlines(result: PassResult) -> list[Headline]:
         found.append(_with_bars(result, name, name, peak.value, peak.unit, told))
     for cutoff in CUTOFFS:
         if (low := filtered_peak(result, cutoff)) is not None:
-            force, where_low = engineering(low.value, "N", MOST_DIGITS), f"at x = {show(low.x, shown, 4)}"
-            found.append(Headline(f"force low-passed at {cutoff:g} Hz", force, "", "", where_low))
+            force, at = engineering(low.value, "N", MOST_DIGITS), f"at x = {show(low.x, shown, 4)}"
+            found.append(Headline(f"force low-passed at {cutoff:g} Hz", force, "", "", at + overshoot(result, low)))
     crossing = result.scene.crossing
     if crossing.family != JOINT:
         words = crossing.told(f"transfer from {way_over(result.scene.direction_sign)}")

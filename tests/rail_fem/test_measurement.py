@@ -145,6 +145,14 @@ def test_the_force_of_a_blow_is_quoted_low_passed(result):
     assert (found["x"] == result.history["x"]).all() and np.isnan(found["force_nose"]).all()
 
 
+def test_a_low_passed_force_above_the_force_itself_is_told(result):
+    """Of a rise that stays the filter makes 1.07; of a blow less than it was."""
+    rise = np.where(np.abs(result.history["x"] - 0.35) < 0.2, 2 * LOAD, LOAD)
+    risen = replace(result, history=result.history | {"force": rise})
+    assert filtered_peak(risen, 500.0).value == pytest.approx((1 + 1.068) * LOAD, rel=2e-3)
+    assert "the filter overshoots" in result_report(risen) and "overshoots" not in result_report(result)
+
+
 @pytest.mark.parametrize(
     "low, high", [(0.0, 0.6), (-1.3, 0.9), (-2.0, 0.5)], ids=["short", "less than two periods", "at its end"]
 )
