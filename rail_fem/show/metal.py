@@ -38,13 +38,20 @@ def digits_beside(result: PassResult, name: str, value: float) -> int:
 
 
 def metal_rows(result: PassResult) -> list[tuple[str, str, str]]:
-    """Name, value with its bar, remark; for each body that the pass resolves."""
+    """Name, value with its bar, remark; for each body that the pass resolves. A mean over less than the most strained
+    element is that element's value, and said to be."""
+    if not result.metal:
+        return []
+    from rail_fem.result.plastic_zone import WORST
+
     rows = []
     for body, left in result.metal.items():
+        volume = left["size"] ** 3
         for name, words in STRAIN.items():
             form = result.form_bar(f"{name}_{body}")
-            remark = f"form +- {amount(form, REPORTED[f'{name}_{body}'].unit, 2)}" if np.isfinite(form) else ""
-            rows.append((f"{body}: {words}", with_bar(result, f"{name}_{body}"), remark))
+            remark = [f"form +- {amount(form, REPORTED[f'{name}_{body}'].unit, 2)}"] if np.isfinite(form) else []
+            remark += [f"of one element of {1e9 * volume:.2g} mm3"] if volume > WORST.get(name, np.inf) else []
+            rows.append((f"{body}: {words}", with_bar(result, f"{name}_{body}"), ", ".join(remark)))
         rows.append((f"{body}: largest plastic strain of an element", *_maximum(left)))
         rows += _stress(body, left) + _surface(body, left)
     return rows

@@ -149,7 +149,11 @@ def test_what_light_passes_do_not_see_is_kept_for_the_scenes_it_is_of(ran):
         "isotropic hardening in place of kinematic"
     }
     told = {name: remark for name, _, remark in metal_rows(flowed)}
-    assert "form +- 2.2 %" in told[f"nose: {STRAIN['block']}"]
+    assert "form +- 2.2 %" in told[f"nose: {STRAIN['block']}"] and not told[f"nose: {STRAIN['worst_10']}"]
+    coarse = replace(flowed, metal={"nose": nose | {"size": 4e-3}})
+    told = {name: remark for name, _, remark in metal_rows(coarse)}
+    assert told[f"nose: {STRAIN['worst_10']}"] == "of one element of 64 mm3"
+    assert not told[f"nose: {STRAIN['worst_100']}"]
     off = MODELS["rigid_hertz"].off[1]
     assert alone["impact_on_wheel"] == pytest.approx(off * result.peaks["impact_on_wheel"].value)
     assert not form(replace(result, scene=hard, model="fe_full"), by_passes=False)
