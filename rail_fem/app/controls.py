@@ -13,7 +13,7 @@ from rail_fem.case.template import written
 from rail_fem.case.variations import as_setting, field_of, folder_name, short_keys, value_of
 from rail_fem.case.warnings import case_warnings
 from rail_fem.contact.contact_table import contact_table
-from rail_fem.contact.rigid import with_window
+from rail_fem.contact.rigid import with_path
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.result.result import PassResult
 from rail_fem.run.form import form
@@ -122,7 +122,7 @@ def seen(case: Case) -> Seen:
     case = case.by(SHOWN).by(BESIDE)
     settings, other = (_few_rows(case.scene, case.runs[model]) for model in (SHOWN, BESIDE))
     result, beside = solve(SHOWN, case.scene, settings), solve(BESIDE, case.scene, other)
-    warnings = (*case_warnings(case.scene, with_window(case.scene, settings)), *result.warnings)
+    warnings = (*case_warnings(case.scene, with_path(case.scene, settings)), *result.warnings)
     trust_of = {**result.trust, "rigid_path": _path(case.scene, settings)}
     result = replace(result, title=case.title, warnings=warnings, form=form(result, by_passes=False), trust=trust_of)
     runs = [NamedResult(SHOWN, result)]

@@ -7,7 +7,7 @@ import numpy as np
 
 from geometry.surfaces.crossing import CrossingError
 from rail_fem.case.casefile import late_approach
-from rail_fem.contact.rigid import rigid_path, window_errors, with_window
+from rail_fem.contact.rigid import rigid_path, window_errors
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings, FeWindowSettings
 from rail_fem.settings.light import BemPlasticSettings, P2Settings, PassSettings, unfit_parts
@@ -42,9 +42,9 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
     if not isinstance(asked, FeSettings):
         return []
     from rail_fem.case.estimate import impossible
-    from rail_fem.case.travelling_window import length_errors
     from rail_fem.fe.card.fits import unfit_for_card
     from rail_fem.fe.plan.fine_zone import mesh_errors
+    from rail_fem.fe.plan.travelling_window import length_errors, with_window
     from rail_fem.result.error_bars import why_not_calibrated
 
     try:

@@ -83,7 +83,7 @@ def window_path(scene: Scene, start: float, end: float) -> WheelPath:
     return rigid_path(scene, np.linspace(start, end, count))
 
 
-def with_window(scene: Scene, settings: Settings) -> Settings:
+def with_path(scene: Scene, settings: Settings) -> Settings:
     """The settings of any model, with start and end where fe_window's leave them open: so that the wheel has settled
     LEAD before the position where a rigid wheel changes body, and runs on for FOLLOW behind it.
 

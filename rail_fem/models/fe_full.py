@@ -30,6 +30,7 @@ from rail_fem.fe.meshing import Placed, make_mesh
 from rail_fem.fe.metal import falls, metal
 from rail_fem.fe.passage import build_passage
 from rail_fem.fe.plan.kept_meshes import kept
+from rail_fem.fe.plan.travelling_window import with_window
 from rail_fem.fe.run import Run
 from rail_fem.fe.running import Running, running_of
 from rail_fem.fe.start_state import StartState
@@ -121,6 +122,7 @@ def _passes(
     they begin on, None: the casting, and their steel is not kept. Collective."""
     comm, of_case, began = MPI.COMM_WORLD, scene, working_time()
     progress.note(f"rigid wheel's path and mesh, elements of {settings.element_size * 1e3:g} mm")
+    settings = on_root(partial(with_window, of_case, settings))
     scene, aside = on_root(lambda: placed_across(of_case, settings))
     running = on_root(lambda: running_of(scene, settings))
     identity = {"case": digest(fingerprint(model, of_case, settings))}

@@ -9,7 +9,7 @@ plastic strain and waves from before it, and as wrong at its start as rigid_hert
 from functools import partial
 from pathlib import Path
 
-from rail_fem.contact.rigid import release_position, with_window
+from rail_fem.contact.rigid import release_position, with_path
 from rail_fem.fe.start_state import from_rigid_hertz
 from rail_fem.models.fe_full import solve_from
 from rail_fem.processes.launcher import on_root
@@ -24,7 +24,7 @@ def solve(
 ) -> PassResult:
     """One window. Collective on MPI.COMM_WORLD. Errors: as fe_full, and ValueError where rigid_hertz finds the wheel in
     the air at the start."""
-    settings = on_root(partial(with_window, scene, settings))
+    settings = on_root(partial(with_path, scene, settings))
     released = release_position(scene, settings)
     start = on_root(lambda: from_rigid_hertz(scene, approach_of(settings), released))
     return solve_from(scene, settings, start, "fe_window", folder, restart, progress)

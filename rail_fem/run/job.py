@@ -12,7 +12,7 @@ from rail_fem import hierarchy
 from rail_fem.case.casefile import Case
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings
-from rail_fem.contact.rigid import with_window
+from rail_fem.contact.rigid import with_path
 from rail_fem.processes import launcher
 from rail_fem.processes.progress import Progress, mark_ended, read_status
 from rail_fem.result.result import PassResult, load
@@ -108,7 +108,7 @@ def _solve_and_save(
                 result = replace(result, cut_off="")  # it is all that was asked for
             if result.cut_off:
                 progress.cut_off(f"{result.cut_off}; give more steps, or none, and --restart goes on")
-            warnings = launcher.on_root(lambda: case_warnings(case.scene, with_window(case.scene, settings)))
+            warnings = launcher.on_root(lambda: case_warnings(case.scene, with_path(case.scene, settings)))
             measured = case.scene.wheel.measured
             notes = () if measured is None else tuple(measured.notes)
             smoke = hierarchy.smoke_requested()

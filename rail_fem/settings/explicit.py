@@ -21,6 +21,11 @@ COMMON_WINDOW = 0.095, 0.700
 IndentationLaw = Literal["rolled", "fully plastic"]  # of the light models, and of the approach of fe_window
 SMOKE_ELEMENT_SIZE = 6e-3
 SLAB_ELEMENTS = 3  # along the rail, of the slabs that a travelling window lets enter and leave
+SLAB = 6e-3  # they are at least so long [m]
+EDGE_ELEMENTS = 2  # by which the patch of a coarse mesh is longer at its end
+# of an automatic travelling window, to each side but for a slab and those elements: contact up to 4 mm from the axle,
+# patch and plastic zone of the reference case's impact, and 13 mm more: forces are off as with twice the length
+AROUND_PATCH = 36e-3  # [m]
 SMOKE_STEPS = 50
 SMOKE_STRETCH = 0.12  # m of crossing that is meshed
 TWIN_COST = 0.25  # of the twin that gives the error bars, over the run's own
@@ -33,14 +38,14 @@ PRESETS: dict[str, dict[str, Any]] = {
         "mass_scaling": "auto",
         "scaled_elements": "small",
         "wave_ratio": 14.0,
-        "window_ahead": window,
-        "window_behind": window,
+        "window_ahead": "auto",
+        "window_behind": "auto",
         "error_twin": twin,
     }
-    for name, size, aspect, window, twin in (
-        ("fast", "1.4 mm", 2.0, "60 mm", False),
-        ("fine", "0.7 mm", 2.0, "60 mm", True),
-        ("finest", "0.5 mm", 1.5, "45 mm", True),
+    for name, size, aspect, twin in (
+        ("fast", "1.4 mm", 2.0, False),
+        ("fine", "0.7 mm", 2.0, True),
+        ("finest", "0.5 mm", 1.5, True),
     )
 }
 LEAST_BLOCK = 20e-3  # of the casting below its meshes [m]
@@ -144,10 +149,20 @@ class FeSettings(Frozen):
     beam_element: BeamElement = 0.1
     beam_reach: BeamReach = 9.0
     window_ahead: Annotated[
-        float | None, Quantity("mm", 0, 5000, "length of the travelling window ahead of the wheel; none: all")
+        float | str | None,
+        Quantity(
+            "mm",
+            0,
+            5000,
+            "length of the travelling window ahead of the wheel; auto: as scene and elements need; none: all",
+            words=("auto",),
+        ),
     ] = None
     window_behind: Annotated[
-        float | None, Quantity("mm", 0, 5000, "length of the travelling window behind the wheel; none: all")
+        float | str | None,
+        Quantity(
+            "mm", 0, 5000, "length of the travelling window behind the wheel; auto, none: as ahead", words=("auto",)
+        ),
     ] = None
     passes: Count = Field(
         1, ge=1, le=10000, description="passes of the wheel, each on the steel that the one before it has left"
@@ -237,28 +252,32 @@ class FeSettings(Frozen):
         return self.element_aspect * self.element_size
 
     def coarser(self, factor: float) -> "FeSettings":
-        """The same with elements larger by a factor; a travelling window longer by as much as its slabs are."""
+        """The same with elements larger by a factor; a travelling window of a given length longer by as much as its
+        slabs are."""
         longer = SLAB_ELEMENTS * (factor - 1) * self.along
-        changed = {
-            "preset": None,
-            "element_size": factor * self.element_size,
-            "window_ahead": self.window_ahead and self.window_ahead + longer,
-            "window_behind": self.window_behind and self.window_behind + longer,
-        }
-        return self.model_copy(update=changed)
+        given = {name: getattr(self, name) for name in ("window_ahead", "window_behind")}
+        longer_windows = {name: length + longer for name, length in given.items() if length and length != "auto"}
+        return self.model_copy(update={"preset": None, "element_size": factor * self.element_size, **longer_windows})
 
     @property
     def window_lengths(self) -> tuple[float, float]:
-        """Of the travelling window ahead of the wheel and behind it [m]; infinite where it has no end."""
-        ahead, behind = (
-            float("inf") if length is None else length for length in (self.window_ahead, self.window_behind)
-        )
+        """Of the travelling window ahead of the wheel and behind it [m]; infinite where it has no end. Automatic ones
+        as the elements need; rail_fem.fe.plan.travelling_window.with_window makes them longer where the scene does."""
+        auto = AROUND_PATCH + self.window_margin
+        given = self.window_ahead, self.window_behind
+        ahead, behind = (float("inf") if at is None else auto if at == "auto" else float(at) for at in given)
         return ahead, behind
+
+    @property
+    def window_margin(self) -> float:
+        """Of a travelling window for its slabs, which enter and leave whole, and the patch's edge on elements [m]."""
+        return max(SLAB, SLAB_ELEMENTS * self.along) + EDGE_ELEMENTS * self.along
 
     @property
     def beyond_end(self) -> float:
         """How far ahead of the axle at its end a travelling window holds steel, its last slab included [m]."""
-        return self.window_ahead + SLAB_ELEMENTS * self.along if self.window_ahead else 0.0
+        ahead, _ = self.window_lengths
+        return ahead + SLAB_ELEMENTS * self.along if 0 < ahead < float("inf") else 0.0
 
     takes_diverging_route: ClassVar[bool] = True  # whether this model lets a wheelset move across the track
     # what of the scene this model lets move, where the scene has it

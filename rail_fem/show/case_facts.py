@@ -11,8 +11,9 @@ from rail_fem.case.estimate import available_memory, foretold
 from rail_fem.case.keys import WRITTEN
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings, scene_warnings
-from rail_fem.contact.rigid import window_path, window_warnings, with_window
+from rail_fem.contact.rigid import window_path, window_warnings
 from rail_fem.fe.plan.mass_scaling import static_patch
+from rail_fem.fe.plan.travelling_window import with_window
 from rail_fem.processes.progress import duration
 from rail_fem.scene.crossing import FAMILY_KEYS, Crossing
 from rail_fem.scene.input_errors import meaning, quantity_of

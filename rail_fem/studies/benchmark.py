@@ -45,6 +45,7 @@ from rail_fem.fe.contact.search import PairSearch
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.halo import Halo
 from rail_fem.fe.passage import build_passage
+from rail_fem.fe.plan.travelling_window import with_window
 from rail_fem.fe.recorder import Recorder
 from rail_fem.fe.run import Run
 from rail_fem.fe.running import running_of
@@ -243,6 +244,7 @@ class TimedPass(NamedTuple):
         changes = {"element_size": self.size, "element_aspect": self.aspect, "wheel_element_ratio": self.wheel_ratio}
         changes |= {"start": 0.29, "end": 0.43}
         settings = cast(FeSettings, case.runs["fe_full"]).model_copy(update=changes)
+        settings = with_window(case.scene, settings)
         running = running_of(case.scene, settings)
         identity = {"case": json.dumps(changes, sort_keys=True)}
         mesh, _, datum, _ = positioned_mesh(case.scene, settings, running, self.mesh, True, identity)

@@ -60,7 +60,8 @@ def _windows(case_path: Path, changes: Mapping[str, Any], size: float) -> dict[s
         return {}
     coarse = own.coarser(size / own.element_size)
     lengths = {"window_ahead": coarse.window_ahead, "window_behind": coarse.window_behind}
-    return {f"run.{MODEL}.{name}": f"{length * 1e3:g} mm" for name, length in lengths.items() if length is not None}
+    given = {name: length for name, length in lengths.items() if isinstance(length, float)}
+    return {f"run.{MODEL}.{name}": f"{length * 1e3:g} mm" for name, length in given.items()}
 
 
 def run_sizes(

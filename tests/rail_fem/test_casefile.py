@@ -60,7 +60,7 @@ def test_a_preset_fills_what_does_not_stand_beside_it(tmp_path):
     assert (fast.element_size, fast.error_twin, fast.start) == (pytest.approx(1.4e-3), False, whole.start)
     asked = {"run.fe_full.preset": "finest", "run.fe_full.window_ahead": "50 mm"}
     finest = load_case(path, asked).runs["fe_full"]
-    assert (finest.window_ahead, finest.window_behind) == pytest.approx((0.05, 0.045))
+    assert (finest.window_ahead, finest.window_behind) == (pytest.approx(0.05), "auto")
     path.write_text(path.read_text() + "courant = 0.5\nwindow_behind = '70 mm'\n")
     assert load_case(path).runs["fe_full"] == fine.model_copy(update={"courant": 0.5, "window_behind": 0.07})
     for word in ('"fines"', '["fast"]', "1.4"):

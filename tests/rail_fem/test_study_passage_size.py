@@ -121,14 +121,15 @@ def test_a_run_that_is_there_is_not_run_again_and_one_that_was_cut_goes_on(tmp_p
 
 
 def test_a_window_grows_with_the_elements_where_the_case_has_one(tmp_path):
-    """By three elements of length at both ends; not for smaller elements, nor in a case without this model."""
+    """By three elements of length at both ends; not for smaller elements, nor where it is automatic, nor in a case
+    without this model."""
     keys = [f"run.fe_full.window_{end}" for end in ("ahead", "behind")]
-    reference = passage_size.example("nose_transfer")
+    reference, given = passage_size.example("nose_transfer"), dict.fromkeys(keys, "60 mm")
     own = load_case(reference).settings(FeSettings)
-    assert (own.window_ahead, own.window_behind, own.element_aspect) == (60 * MM, 60 * MM, 2)
+    assert (own.window_ahead, own.window_behind, own.element_aspect) == ("auto", "auto", 2)
     grown = 60 + 6 * (4 - own.element_size / MM)
-    assert size_series._windows(reference, {}, 4 * MM) == dict.fromkeys(keys, f"{grown:.6g} mm")
-    assert size_series._windows(reference, {}, 0.5 * MM) == {}
+    assert size_series._windows(reference, given, 4 * MM) == dict.fromkeys(keys, f"{grown:.6g} mm")
+    assert size_series._windows(reference, given, 0.5 * MM) == size_series._windows(reference, {}, 4 * MM) == {}
     light = tmp_path / "light.toml"
     light.write_text(reference.read_text().split("[run.fe_full]")[0] + "[run.lumped]\n")
     assert size_series._windows(light, {}, 4 * MM) == {}

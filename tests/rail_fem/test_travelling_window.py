@@ -8,7 +8,8 @@ import pytest
 from rail_fem.case.casefile import load_case
 from rail_fem.case.estimate import estimate_run
 from rail_fem.case.preflight import preflight_errors
-from rail_fem.case.travelling_window import largest_half_patch, least_window, length_errors
+from rail_fem.fe.plan.travelling_window import ENDS, SPARE, largest_half_patch, least_window, length_errors
+from rail_fem.fe.plan.travelling_window import with_window as decided
 
 CASE = load_case(Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml")
 SETTINGS = CASE.runs["fe_full"].model_copy(
@@ -65,6 +66,28 @@ def test_a_coarser_twin_has_a_window_longer_by_its_slabs():
     twin = with_window(window_ahead=0.060, window_behind=0.050, wheel_element_ratio=1.5).coarser(2.0)
     assert (twin.element_size, twin.wheel_size) == pytest.approx((4e-3, 6e-3))
     assert (twin.window_ahead, twin.window_behind) == pytest.approx((0.066, 0.056))
+    twin = with_window(window_ahead="auto", window_behind=0.050).coarser(2.0)
+    assert (twin.window_ahead, twin.window_behind) == ("auto", pytest.approx(0.056))
     plain = SETTINGS.coarser(1.5)
     assert plain.element_size == pytest.approx(3e-3)
     assert (plain.window_ahead, plain.window_behind) == (None, None)
+
+
+@pytest.mark.parametrize("size", [0.5e-3, 2e-3, 6e-3])
+@pytest.mark.parametrize("profile", ["P8-worn", "P8-hollow"])
+def test_an_automatic_window_follows_its_elements_and_is_long_enough_on_any_scene(size, profile):
+    """45 mm on the main job's elements, longer by the slabs of larger ones; by what contact far from the axle of a
+    hollow wheel asks for; by the property alone where no scene is at hand."""
+    scene = load_case(CASE.path, {"scene.wheel.profile": profile}).scene
+    auto = with_window(window_ahead="auto", window_behind="auto", element_size=size)
+    found = decided(scene, auto)
+    assert length_errors(scene, found, "fe_full") == [] and found.has_window
+    assert min(np.subtract(found.window_lengths, least_window(scene, auto))) >= SPARE
+    assert min(np.subtract(found.window_lengths, auto.window_lengths)) >= 0
+    if profile == "P8-worn":
+        assert found.window_lengths == pytest.approx(auto.window_lengths, abs=1e-3)
+        main = decided(scene, CASE.runs["fe_full"])
+        assert [getattr(main, end) for end in ENDS] == [0.045, 0.045]
+    one = decided(scene, with_window(window_ahead="auto", window_behind=None))
+    assert one.window_behind is None and isinstance(one.window_ahead, float)
+    assert decided(scene, found) is found

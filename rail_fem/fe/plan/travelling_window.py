@@ -1,19 +1,19 @@
-"""Whether a travelling window is long enough for what it has to hold, known before anything is meshed."""
+"""How long a travelling window must be for what it has to hold, known before anything is meshed."""
 
 import math
 
 import numpy as np
 
-from rail_fem.case.warnings import static_patch
-from rail_fem.contact.rigid import window_path
+from rail_fem.contact.rigid import Settings, window_path, with_path
 from rail_fem.fe.plan.fine_zone import NEAR
+from rail_fem.fe.plan.mass_scaling import static_patch
 from rail_fem.scene.scene import Scene
-from rail_fem.settings.explicit import SLAB_ELEMENTS, FeSettings
+from rail_fem.settings.explicit import FeSettings
 
 IMPACT = 3.0  # largest contact force over the static load that a window must be long enough for
 ZONE = 1.0  # plastic flow ahead of the patch and behind it, over the patch's half length
-EDGE_ELEMENTS = 2  # by which the patch of a coarse mesh is longer at its end
-SLAB = 6e-3  # slabs enter and leave whole, at least so long [m]
+SPARE = 12e-3  # of an automatic window beyond the shortest, at least [m]
+ENDS = "window_ahead", "window_behind"
 
 
 def largest_half_patch(scene: Scene) -> float:
@@ -36,10 +36,23 @@ def contact_reach(scene: Scene, settings: FeSettings) -> tuple[float, float]:
 def least_window(scene: Scene, settings: FeSettings) -> tuple[float, float]:
     """Shortest window ahead of the wheel and behind it [m]: to where the rigid wheel is in contact, half a patch, the
     plastic zone beyond it, a slab and two elements. Errors: CrossingError."""
-    slab = max(SLAB, SLAB_ELEMENTS * settings.along)
-    around = (1 + ZONE) * largest_half_patch(scene) + slab + EDGE_ELEMENTS * settings.along
+    around = (1 + ZONE) * largest_half_patch(scene) + settings.window_margin
     ahead, behind = contact_reach(scene, settings)
     return ahead + around, behind + around
+
+
+def with_window(scene: Scene, settings: Settings) -> Settings:
+    """The settings of any model with what its scene decides: fe_window's path, and lengths of an automatic travelling
+    window, in whole millimetres. Errors: as `with_path`, CrossingError."""
+    settings = with_path(scene, settings)
+    if not isinstance(settings, FeSettings) or "auto" not in (settings.window_ahead, settings.window_behind):
+        return settings
+    lengths = {
+        name: math.ceil(max(length, least + SPARE) * 1e3) / 1e3
+        for name, length, least in zip(ENDS, settings.window_lengths, least_window(scene, settings))
+        if getattr(settings, name) == "auto"
+    }
+    return settings.model_copy(update=lengths)
 
 
 def length_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
@@ -52,8 +65,6 @@ def length_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
         f" {offset * 1e3:.1f} mm from the axle, half a patch ({largest_half_patch(scene) * 1e3:.1f} mm under {IMPACT:g}"
         f" times the static load), the plastic zone beside it, a slab and two elements need: give"
         f" {math.ceil(enough * 1e3)} mm or more"
-        for name, length, offset, enough in zip(
-            ("window_ahead", "window_behind"), settings.window_lengths, reach, least
-        )
+        for name, length, offset, enough in zip(ENDS, settings.window_lengths, reach, least)
         if length < enough
     ]
