@@ -170,8 +170,8 @@ class Objective(Frozen):
                 f'quantity "{self.quantity}"'
                 f"{two_now(self.quantity) or f' is not known{suggest(self.quantity, MEASURES)}'}: {', '.join(MEASURES)}"
             )
-        if self.target is not None:
-            self.goal  # noqa: B018 its unit is read now
+        if self.goal == 0:
+            raise ValueError(f"target {self.target}: is counted by shares of it: without a target it is to be small")
         return self
 
     @property
