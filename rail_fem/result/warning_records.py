@@ -10,7 +10,8 @@ KINDS = {
     "trust": r"\(rule: [^()]*(\([^()]*\))?[^()]*\)$",
     "window": r"^the run ends|from where (the path|path and steel)|^between start |changes body at |^the path from "
     r"|while it settles: ",
-    "scene": r"^wheel profile .* surrogate|^crossing 1:|from memory|^friction .* > |^track mass |^Poisson's ratio",
+    "scene": r"^wheel profile .* surrogate|^crossing 1:|from memory|^(friction|speed) .* > |^track mass "
+    r"|^Poisson's ratio",
     "numerics": r"^patch .* elements of |^courant |field outputs > |^history interval |^penalty .* outside"
     r"|^hourglass \S+ < |^no error bars|takes? smaller cells|largest pressure .* times",
     "model": r"^(trailing|no dip|dip limit|one impact|P[12] limit|lift-off|contact stiffness|two bodies|plastic|edges?"

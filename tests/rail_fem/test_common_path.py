@@ -16,6 +16,7 @@ from rail_fem.contact.rigid import CLEAR, FOLLOW, LEAD, rigid_path, with_window
 from rail_fem.hierarchy import MODELS
 from rail_fem.models import p2_formula, rigid_hertz
 from rail_fem.result.result import load
+from rail_fem.result.warning_records import record
 from rail_fem.scene.scene import Crossing
 from rail_fem.scene.units import si_factor
 from rail_fem.settings.explicit import COMMON_WINDOW, FeSettings, FeWindowSettings
@@ -91,6 +92,18 @@ def test_on_a_crossing_the_half_space_names_the_better_model_and_on_plain_rail_n
     """Its corners have a free side that a half-space lacks; a rail's head with a dip is what it is for."""
     named = lambda scene: [text for text in case_warnings(scene, BemPlasticSettings()) if "fe_full at 1.4 mm" in text]
     assert len(named(scene_of())) == 1 and named(scene_of(crossing=Crossing(family="joint"))) == []
+
+
+def test_a_light_model_beyond_the_speeds_it_was_compared_at_is_told_and_the_explicit_one_not():
+    """Those of the sixteen cases; a joint has no bar of theirs."""
+    fastest = max(load_case(path).scene.speed for path in (ROOT / "cases" / "thesis").glob("case_*.toml"))
+    told = lambda settings, **changes: [
+        record(text).kind for text in case_warnings(scene_of(**changes), settings) if text.startswith("speed ")
+    ]
+    assert told(LumpedSettings(), speed=fastest) == []
+    assert told(LumpedSettings(), speed=1.001 * fastest) == ["scene"] == told(P2Settings(), speed=1.001 * fastest)
+    assert told(FeSettings(start=0.2, end=0.5), speed=2 * fastest) == []
+    assert told(LumpedSettings(), speed=2 * fastest, crossing=Crossing(family="joint")) == []
 
 
 def test_what_check_warns_of_stands_in_result_and_trust_report(tmp_path, undrawn):
