@@ -178,7 +178,7 @@ def form(result: PassResult, by_passes: bool = True) -> dict[str, dict[str, floa
     if by_passes and own and result.scene.diverging is None:
         for words, moved in _by_passes(result, own).items():
             found[words] = found.get(words, {}) | moved
-    return {words: moved for words, moved in found.items() if moved}
+    return {result.scene.crossing.told(words): moved for words, moved in found.items() if moved}
 
 
 def _by_passes(result: PassResult, own: Mapping[str, float]) -> dict[str, dict[str, float]]:

@@ -40,10 +40,16 @@ NAMED_CASTINGS = {
         "transition_length": "106 mm",
     }
 }
-# what is said of wing and nose, of what has none
+# what is said of wing, nose and casting, of what has none
 OWN_WORDS = {
-    JOINT: {"gauge lines intersect": "the joint", "wing rail": "rail", "wing": "rail"},
+    JOINT: {
+        "gauge lines intersect": "the joint",
+        "casting on bearers": "rail on bearers",
+        "wing rail": "rail",
+        "wing": "rail",
+    },
     SWITCH: {
+        "casting on bearers": "rail on bearers",
         "gauge lines intersect": "the switch's toe",
         "wing rail": "stock rail",
         "wing": "stock rail",
@@ -235,7 +241,7 @@ class Crossing(FromFile):
         return f"{CAST} crossing 1:{self.ratio:g}" if self.family == CAST else f"crossing {Path(self.file).name}"
 
     def told(self, words: str) -> str:
-        """Words about wing and nose in those of a joint or a switch, where it is one."""
+        """Words about wing, nose and casting in those of a joint or a switch, where it is one."""
         for one, own in OWN_WORDS.get(self.family, {}).items():
             words = words.replace(one, own)
         return words
