@@ -52,14 +52,14 @@ def solve(
         "p2_all_times_1.2": Peak(p2_force(load, increment, "all"), "N", x=transfer),
         "force_foundation": Peak(load + increment, "N", x=transfer),
     }
-    if constant > 0:
-        linear = tangent_stiffness(constant, load)
-        peaks["p1"] = Peak(
-            p1_force(load, dip, scene.speed, linear, scene.vehicle.wheel_unsprung_mass, foundation.track_mass),
-            "N",
-            x=transfer,
-        )
     flags = [*p2_flags(scene, dip), *limit_flags(chosen)]
+    if constant > 0:
+        linear, wheel = tangent_stiffness(constant, load), scene.vehicle.wheel_unsprung_mass
+        p1_of = lambda moved: p1_force(load, dip, scene.speed, linear, wheel, moved)
+        peaks["p1"] = Peak(p1_of(foundation.track_mass), "N", x=transfer)
+        tenth = f"with a tenth, P1 is {p1_of(foundation.track_mass / 10) / 1e3:.1f} kN"
+        reason = f"{foundation.track_mass:g} kg, the whole track's; Jenkins' is the rail's own, which no key tells"
+        flags.append(flag("P1 mass", f"{reason}: {tenth}"))
     if settings.unsprung == "wheelset":
         one = increment_of(scene.vehicle.wheel_unsprung_mass)
         reason = f"{mass:g} kg, a whole wheelset's on one rail, as table 7-5 takes it: with one wheel's, half, P2 is"

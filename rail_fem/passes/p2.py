@@ -45,11 +45,15 @@ def p2_force(static_load: float, increment: float, reading: str = "increment") -
 
 
 def p1_force(
-    static_load: float, dip_angle: float, speed: float, contact_stiffness: float, unsprung: float, track_mass: float
+    static_load: float, dip_angle: float, speed: float, contact_stiffness: float, unsprung: float, moved: float
 ) -> float:
-    """P1 = P0 + 2 alpha V sqrt(KH me / (1 + me / Mu)) [N]: wheel and track mass on the contact spring KH [N/m]
-    alone."""
-    return static_load + dip_angle * speed * np.sqrt(contact_stiffness * track_mass / (1 + track_mass / unsprung))
+    """P1 = P0 + 2 alpha V sqrt(KH me / (1 + me / Mu)) [N]: the wheel and what of the track it moves at once, me, on the
+    contact spring KH [N/m] alone.
+
+    moved : me [kg], the rail's own effective mass in Jenkins' formula; the whole track mass gives the first peak of
+        models that have no other
+    """
+    return static_load + dip_angle * speed * np.sqrt(contact_stiffness * moved / (1 + moved / unsprung))
 
 
 def unsprung_mass(scene: Scene, reading: str) -> float:

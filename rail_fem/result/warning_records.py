@@ -14,8 +14,9 @@ KINDS = {
     r"|^Poisson's ratio",
     "numerics": r"^patch .* elements of |^courant |field outputs > |^history interval |^penalty .* outside"
     r"|^hourglass \S+ < |^no error bars|takes? smaller cells|largest pressure .* times",
-    "model": r"^(trailing|no dip|dip limit|one impact|P[12] limit|lift-off|contact stiffness|two bodies|plastic|edges?"
-    r"|contact law|conforming|bearer .*|a half-space .*|steel of the .*): |^(bearer|a half-space|steel of the) ",
+    "model": r"^(trailing|no dip|dip limit|one impact|P[12] limit|P1 mass|unsprung mass|lift-off|contact stiffness"
+    r"|two bodies|plastic|edges?|contact law|conforming|bearer .*|a half-space .*|steel of the .*): "
+    r"|^(bearer|a half-space|steel of the) ",
 }
 PLACE = re.compile(r"\bx = (-?[\d.]+)(?: to -?[\d.]+)? mm")
 

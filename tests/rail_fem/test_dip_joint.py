@@ -96,7 +96,7 @@ def test_stiff_contact_gives_the_formula_and_the_error_falls_with_the_contact_s_
 
 
 def test_first_peak_of_the_contact_is_p1():
-    """On a foundation much softer than the contact the first peak is Jenkins' P1."""
+    """On a foundation much softer than the contact the first peak is P1 with the track mass."""
     dip, contact = 1e-4, 1e11
     assert over_dip(dip, contact)[1] == pytest.approx(
         p1_force(0.0, dip, SPEED, contact, MU, MT), rel=2 * np.sqrt(KT / contact)

@@ -17,6 +17,7 @@ from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.running import running_of
 from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
 from rail_fem.result.low_pass import filtered_peak
+from rail_fem.result.warning_records import record
 from rail_fem.run.form import form
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.settings.light import (
@@ -77,6 +78,14 @@ def test_the_formula_takes_the_joint_s_own_dip_angle():
     found = p2_formula.solve(joint_scene(8e-3), P2Settings())
     assert found.trust["dip_angle"] == pytest.approx(8e-3, rel=2e-3)
     assert abs(found.transfer_x) < 5e-3
+
+
+def test_p1_says_that_its_mass_is_the_whole_track_s_and_what_it_is_by_a_tenth():
+    scene = joint_scene(8e-3)
+    light = scene.replace_si(foundation={"track_mass": scene.foundation.track_mass / 10})
+    (said,) = (text for text in p2_formula.solve(scene, P2Settings()).warnings if text.startswith("P1 mass: 750 kg"))
+    least = p2_formula.solve(light, P2Settings()).peaks["p1"].value
+    assert said.endswith(f"with a tenth, P1 is {least / 1e3:.1f} kN") and record(said).kind == "model"
 
 
 def two_modes(scene, contact):
