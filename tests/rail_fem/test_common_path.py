@@ -12,7 +12,8 @@ from rail_fem import cli
 from rail_fem.case.casefile import Case, load_case
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings
-from rail_fem.contact.rigid import CLEAR, FOLLOW, LEAD, rigid_path, with_window
+from rail_fem.contact.rigid import CLEAR, FOLLOW, LEAD, rigid_path
+from rail_fem.fe.plan.travelling_window import with_window
 from rail_fem.hierarchy import MODELS
 from rail_fem.models import p2_formula, rigid_hertz
 from rail_fem.result.result import load
