@@ -239,8 +239,16 @@ class SearchRecord:
         if not rows or rows[0] != [f"# search {self.digest}"]:
             raise DesignError(f"{self.path}: holds trials of another search: give another folder, or remove it")
         count = len(self.problem.design.vary)
-        for row in rows[2:]:
-            values, numbers = np.array([float(v) for v in row[:count]]), np.array([float(v) for v in row[count:-1]])
+        for line, row in enumerate(rows[2:], 3):
+            try:
+                found = np.array([float(v) for v in row[:-1]])
+            except ValueError:
+                found = np.array([])
+            if len(found) != count + len(self.problem.columns):
+                raise DesignError(
+                    f"{self.path}: line {line} is no trial: {','.join(row)[:50]}: take it out, it is made again"
+                )
+            values, numbers = found[:count], found[count:]
             trial = Trial(values, numbers, np.nan, row[-1])
             if np.isnan(values).all():
                 self._start = trial

@@ -136,6 +136,16 @@ def test_trials_of_another_search_are_not_taken(bowl, tmp_path):
         SearchRecord(other, tmp_path / "out")
 
 
+def test_a_row_that_is_no_trial_is_told_with_its_line(bowl, tmp_path):
+    problem, _ = bowl
+    SearchRecord(problem, tmp_path / "out")
+    kept = (tmp_path / "out" / TRIALS).read_text()
+    for row in ("garbage", "0.5,1.0,2.0,", "\0\0\0", ""):
+        (tmp_path / "out" / TRIALS).write_text(f"{kept}0.7,1.0,\n{row}\n")
+        with pytest.raises(DesignError, match="line 4 is no trial"):
+            SearchRecord(problem, tmp_path / "out")
+
+
 def test_a_design_is_found_by_its_name_in_the_list_of_examples_and_a_misspelt_one_is_told():
     assert read_design("design/leg_and_nose").case.name == "whole_crossing.toml"
     with pytest.raises(
