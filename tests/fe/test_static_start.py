@@ -8,11 +8,12 @@ import pytest
 from mpi4py import MPI
 
 from rail_fem.case.casefile import load_case
-from rail_fem.contact.rigid import release_position, with_window
+from rail_fem.contact.rigid import release_position
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.pass_supports import loaded_stiffness
 from rail_fem.fe.passage import build_passage
+from rail_fem.fe.plan.travelling_window import with_window
 from rail_fem.fe.run import CHECKPOINT, STATIC_START, Run
 from rail_fem.fe.running import running_of
 from rail_fem.fe.start_state import from_rigid_hertz, resting
