@@ -85,6 +85,9 @@ def read_record(path: Path, speed: float) -> Record:
     if not rows:
         raise RecordError(f"{path}: holds no line of data")
     titles = [_title(path, text) for text in _cells(rows[0][1])]
+    names = [name for name, _ in titles]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise RecordError(f'{path}: column "{twice[0]}" stands twice: leave one of the two out')
     values = _table(path, rows[1:], len(titles))
     columns = {name: values[:, k] * factor for k, (name, factor) in enumerate(titles)}
     measured = [name for name in columns if name in QUANTITIES]

@@ -173,6 +173,7 @@ def test_a_peak_of_the_filter_s_ends_is_none(result, low, high):
         ("time [ms], force [mm]\n1,2\n", 'is in "mm"'),
         ("time [ms], force [furlong]\n1,2\n", "unknown unit|is in"),
         ("time [ms], x [mm]\n1,2\n", "0 measured columns|row"),
+        ("time [ms], force [kN], force [N]\n1,2,3\n", 'column "force" stands twice'),
         ("force [kN]\n" + "1\n" * 30, "sampling rate"),
         ("# sampling rate: 10 kg\nforce [kN]\n" + "1\n" * 30, "dimension"),
         ("time [ms], force [kN]\n" + "".join(f"{k % 7},1\n" for k in range(30)), "does not run one way"),
