@@ -53,7 +53,7 @@ def align(record: Record, own: Record, reach: float | None) -> Alignment:
     The shift is that of the largest normalised correlation of both, low-passed at 50 Hz or, of short ones, at ten
     periods to the shorter, to a fraction of a sample's distance (parabola through three shifts).
     reach : the largest shift looked at [m]; None: any; 0: as its positions say
-    Errors: RecordError where both do not overlap.
+    Errors: RecordError where both do not overlap, or nowhere rise and fall alike.
     """
     rate = max(record.rate, own.rate)
     step = abs(own.position[-1] - own.position[0]) / (len(own.position) - 1) * own.rate / rate
@@ -98,6 +98,11 @@ def _best_shift(
         raise RecordError(f"no shift within {reach:g} m lets half of the record overlap the result")
     found = np.array([_correlation(a[max(0, -k) : len(b) - k], b[max(0, k) : len(a) + k]) for k in lags])
     k = int(np.argmax(found))
+    if not found[k] > 0:
+        raise RecordError(
+            "no shift at which record and result rise and fall alike: is the record of this pass, and does it vary?"
+            ' --reach "0 mm" leaves it where it is'
+        )
     if not 0 < k < len(found) - 1:
         return float(shifts[k])
     before, here, after = found[k - 1 : k + 2]
@@ -106,9 +111,10 @@ def _best_shift(
 
 
 def _correlation(a: np.ndarray, b: np.ndarray) -> float:
+    most = NO_DEVIATION * np.linalg.norm(a), NO_DEVIATION * np.linalg.norm(b)
     a, b = a - a.mean(), b - b.mean()
-    size = np.linalg.norm(a) * np.linalg.norm(b)
-    return float(a @ b / size) if size > 0 else 0.0
+    size = np.linalg.norm(a), np.linalg.norm(b)
+    return float(a @ b / (size[0] * size[1])) if size[0] > most[0] and size[1] > most[1] else 0.0
 
 
 def score(pair: Alignment, cutoff: float) -> Score:

@@ -215,10 +215,12 @@ def test_a_record_in_a_unit_that_cannot_be_meant_is_refused_before_it_is_resampl
 
 
 def test_a_constant_record_has_no_deviation_to_be_held_against(result, tmp_path):
-    """Its deviation from its mean is round-off, by which the difference was divided."""
+    """Its deviation from its mean is round-off, by which the difference was divided, and which found it a place."""
     time = np.arange(0, 40, 0.1)
     record = read_record(write(tmp_path / "r.csv", "time [ms], force [kN]", time, np.full(400, 86.1)), SPEED)
-    pair = align(record, of_result(result, "force"), None)
+    with pytest.raises(RecordError, match="no shift at which record and result rise and fall alike.*--reach"):
+        align(record, of_result(result, "force"), None)
+    pair = align(record, of_result(result, "force"), 0.0)
     assert all(np.isnan(score(pair, cutoff).difference) for cutoff in (np.inf, *CUTOFFS[1:]))
 
 
