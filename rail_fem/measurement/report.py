@@ -19,7 +19,7 @@ def score_table(record: Record, pair: Alignment, scores: list[Score]) -> str:
     lines = [
         f"{record.label}: {record.quantity}, {len(record.values)} samples at {record.rate:.4g} Hz, moved by"
         f" {1e3 * pair.shift:+.1f} mm",
-        f"{'low pass':>10}{'measured':>13}{'computed':>13}{'ratio':>8}{'peak beyond':>14}{'L2 difference':>15}"
+        f"{'low pass':>10}{'measured':>13}{'computed':>13}{'ratio':>10}{'peak beyond':>14}{'L2 difference':>15}"
         f"{'coherence':>11}",
     ]
     for one in scores:
@@ -31,8 +31,10 @@ def score_table(record: Record, pair: Alignment, scores: list[Score]) -> str:
         cells = (*told, f"{1e3 * one.offset:+.1f} mm")
         peaks = ("-" if cell.startswith(("nan", "+nan")) else cell for cell in cells)
         lines.append(
-            f"{name:>10}" + "".join(f"{p:>{n}}" for p, n in zip(peaks, (13, 13, 8, 14))) + f"{apart:>15}{seen:>11}"
+            f"{name:>10}" + "".join(f"{p:>{n}}" for p, n in zip(peaks, (13, 13, 10, 14))) + f"{apart:>15}{seen:>11}"
         )
+    if any(np.isnan([one.measured, one.computed]).any() for one in scores):
+        lines.append("peaks -: in a record shorter than two periods, or within one of its end, they are the filter's")
     if unit == "kN" and record.values.mean() < 0:
         lines.append("the record's forces are negative, here a wheel that presses has a positive one: turn their sign")
     return "\n".join(lines)

@@ -84,7 +84,8 @@ def test_a_record_moved_along_the_track_is_found_again(result, tmp_path):
     assert score(pair, 100.0).computed < smooth.computed
     short = score(pair, 50.0)  # of 33 ms all is the filter's ends: 5 % more was told as a difference of 80 %
     assert np.isnan([short.measured, short.computed, short.offset, short.difference]).all()
-    assert score_table(record, pair, [short]).splitlines()[-1].split()[:7] == ["50", "Hz", *"-----"]
+    told = score_table(record, pair, [short]).splitlines()
+    assert told[-2].split()[:7] == ["50", "Hz", *"-----"] and "peaks -: in a record shorter than two" in told[-1]
     assert smooth.coherence > 0.97
 
 
@@ -101,7 +102,9 @@ def test_a_record_of_forces_of_the_other_sign_is_told(result):
     record = of_result(result, "force")
     turned, pair = replace(record, values=-record.values), align(record, record, None)
     said = [score_table(one, pair, [score(pair, 500.0)]) for one in (record, turned)]
-    assert "turn their sign" not in said[0] and "turn their sign" in said[1]
+    assert "turn their sign" not in said[0] and "turn their sign" in said[1] and "peaks -" not in said[0]
+    thousandth = score_table(record, pair, [score(replace(pair, measured=pair.measured / 1e3), 500.0)])
+    assert "1000.000" in thousandth.split()  # apart from its neighbour
 
 
 @pytest.mark.parametrize("common, found", [(0.92, True), (0.88, False)])
