@@ -250,9 +250,10 @@ class Quantity:
 
     def file_schema(self) -> dict[str, Any]:
         """JSON Schema of a value in a case file: text with a unit where the field has one, else a number, too."""
-        if self.unit:
-            return {"type": "string", "pattern": WITH_UNIT, "examples": [f"{self.low:g} {self.unit}"]}
-        return {"anyOf": [{"type": "number", "minimum": self.low, "maximum": self.high}, {"type": "string"}]}
+        if not self.unit:
+            return {"anyOf": [{"type": "number", "minimum": self.low, "maximum": self.high}, {"type": "string"}]}
+        pattern = "|".join([WITH_UNIT, *(f"^{word}$" for word in self.words)])
+        return {"type": "string", "pattern": pattern, "examples": [f"{self.low:g} {self.unit}"]}
 
     def __get_pydantic_json_schema__(self, schema: core_schema.CoreSchema, handler: Any) -> dict[str, Any]:
         return self.file_schema() | {"description": f"{self.meaning}, {self.range()}"}
