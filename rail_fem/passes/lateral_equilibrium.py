@@ -142,7 +142,7 @@ def _no_equilibrium(system: WheelsetSystem, contacts: WheelsetContacts, position
         else f"no lateral equilibrium: {abs(pushed) / 1e3:.1f} kN still push the wheelset {force} at {across:.2f} mm,"
         " the last position that was looked at"
     )
-    remedy = "a nearer check_rail, " if side == "outside" and not np.isfinite(system.stop[0]) else ""
+    remedy = "a nearer check_rail, " if side == "outside" and not system.stop[0] < 1e-3 * across else ""
     wider = "" if derails else "a larger lateral_range (run.rigid_hertz), "
     return (
         f"{what}. Across it act {system.load[LATERAL] / 1e3:.1f} kN of the vehicle and creep at an angle of attack of"
