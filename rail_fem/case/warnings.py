@@ -6,7 +6,8 @@ from geometry.surfaces.bodies import REGIONS
 from rail_fem.contact.rigid import settling_distance, window_warnings
 from rail_fem.fe.plan.mass_scaling import static_patch
 from rail_fem.scene.crossing import CAST, JOINT
-from rail_fem.scene.scene import Frozen, Scene
+from rail_fem.scene.diverging import HEAD_WIDTH
+from rail_fem.scene.scene import GRAVITY, Frozen, Scene
 from rail_fem.scene.steel import FROM_MEMORY
 from rail_fem.scene.units import show
 from rail_fem.settings.explicit import FeSettings
@@ -15,6 +16,7 @@ from rail_fem.settings.light import BemPlasticSettings, LightSettings, PassSetti
 COMPARED_RATIOS = 9.25, 10.75  # between which the parametric crossing was held against anything
 FASTEST_COMPARED = 44.704  # 100 mph, of the sixteen cases, by which light models were held against fe_full [m/s]
 ELEMENTS_ACROSS_PATCH = 6
+CENTRE_HEIGHT, MOVED_LOAD = 1.5, 0.2  # of a vehicle [m], of a wheel's load: 1 m/s^2 across, cant short of 150 mm
 LEAST_TRACK_MASS = 50.0  # [kg]
 MANY_FRAMES = 500
 SHORT_INTERVAL = 1e-6  # of a history [s]
@@ -100,6 +102,15 @@ def scene_warnings(scene: Scene) -> list[str]:
         warnings.append(
             f"the flange is {thick * 1e3:.1f} mm thick where the gauge is measured, gauge less back_to_back leaves it"
             f" {left * 1e3:g} mm: this wheelset does not fit between the rails"
+        )
+    across = scene.lateral_force / scene.axle_load
+    moved = abs(across) / GRAVITY * CENTRE_HEIGHT / ((scene.gauge + HEAD_WIDTH) / 2)
+    if moved > MOVED_LOAD:
+        warnings.append(
+            f"diverging: {across:.2f} m/s^2 across the track: with its centre of gravity {CENTRE_HEIGHT:g} m up"
+            f" (assumed) the vehicle moves {100 * moved:.0f} % of a wheel's load to the other rail, more than"
+            f" {100 * MOVED_LOAD:g} %{', and overturns' if moved > 1 else ''}; this is left out: are speed, radius and"
+            " cant right?"
         )
     for part in REGIONS:
         material = getattr(scene.materials, part)

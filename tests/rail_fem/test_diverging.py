@@ -7,6 +7,7 @@ import pytest
 
 from rail_fem.case.casefile import load_case
 from rail_fem.case.preflight import preflight_errors
+from rail_fem.case.warnings import scene_warnings
 from rail_fem.hierarchy import solve
 from rail_fem.models import rigid_hertz
 from rail_fem.passes.lateral_equilibrium import lateral_equilibrium
@@ -116,6 +117,15 @@ def test_cant_that_balances_the_speed_leaves_no_force():
     assert scene(radius="645 m", lateral_force="-3 kN").lateral_force == -3e3
 
 
+def test_a_curve_that_moves_much_load_to_the_outer_wheel_warns():
+    """75 mph on 190 m: V^2 / R = 5.92 m/s^2, of g 0.603, by 1.5 m of height over half the distance of the contacts,
+    (1435 + 70) / 2 mm: 1.20 of the wheel's load."""
+    (said,) = [line for line in scene_warnings(scene("75 mph", radius="190 m")) if line.startswith("diverging: ")]
+    assert "5.92 m/s^2" in said and "120 %" in said and "overturns" in said and "left out" in said
+    for speed, radius in (("40 mph", "645 m"), ("75 mph", None)):
+        assert not [line for line in scene_warnings(scene(speed, radius=radius)) if line.startswith("diverging: ")]
+
+
 def test_a_pass_held_by_the_check_rail_begins_in_equilibrium():
     """With 1 kN of the vehicle, an angle of attack and a check rail 0.5 mm away: nothing moves at first."""
     route = dict(lateral_force="1 kN", angle_of_attack="0.2 mrad", check_rail="38 mm")
@@ -166,7 +176,7 @@ def test_a_wheelset_that_cannot_move_across_takes_no_check_rail(held):
 
 def test_without_a_check_rail_nothing_holds_the_wheelset_on_the_wing():
     """The wing has no gauge face beside the flange; one that stands beyond what is looked at is none, either."""
-    said = r"no lateral equilibrium: .* kN still push the wheelset outwards at 0\.9\d mm.*a larger lateral.*a nearer check"
+    said = r"no lateral equil.* kN still push the wheelset outwards at 0\.9\d mm.*a larger lateral.*a nearer check"
     for check_rail in ({}, {"check_rail": "80 mm"}):
         with pytest.raises(ValueError, match=said):
             rigid_hertz.solve(scene(lateral_force="20 kN", **check_rail), SHORT)
