@@ -67,7 +67,8 @@ def field_file(folder: Path, frame: int | None = None) -> Path:
     frames = [final] if final.is_file() else frames
     if not frames:
         raise FieldsError(
-            f"{fields}: no final.vtu and no frame_*.vtu there; the run wrote no fields, or they were moved"
+            f"{fields}: no final.vtu and no frame_*.vtu there; is {folder} the folder of a run (--out), by an explicit"
+            " model (light ones leave no fields), and were they moved?"
         )
     return frames[-1]
 

@@ -163,7 +163,7 @@ def test_every_tagged_face_is_an_outer_face_with_an_outward_normal(written, fold
 
 
 def test_what_is_no_run_or_of_two_runs_is_refused_with_its_file(tmp_path):
-    with pytest.raises(FieldsError, match="no final.vtu"):
+    with pytest.raises(FieldsError, match="no final.vtu.* the folder of a run .*light ones leave no fields"):
         rail_fem.export_dolfinx(tmp_path, MPI.COMM_SELF)
     write_run(tmp_path)
     with pytest.raises(FieldsError, match="frame_0007.vtu"):
