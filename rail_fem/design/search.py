@@ -178,8 +178,8 @@ class SearchRecord:
 
     @property
     def digest(self) -> str:
-        """Of what the trials depend on: the case's text, what may vary and what is run; not of weights and targets, nor
-        of what a pass sets for another model."""
+        """Of what the trials depend on: the case's text, what its files hold, what may vary and what is run; not of
+        weights and targets, nor of what a pass sets for another model."""
         design = self.problem.design
         own = lambda key: not key.startswith("run.") or key.startswith(f"run.{design.model}.")
         about = [
@@ -189,6 +189,9 @@ class SearchRecord:
             [o.quantity for o in design.objective] or self.problem.columns,
             self.problem.case.read_text(encoding="utf-8"),
         ]
+        scenes = [self.problem.changed(None, p).scene for p in design.passes]
+        files = [part.digest for scene in scenes for part in (scene.wheel, scene.crossing)]
+        about += [files] if any(files) else []
         return hashlib.sha256(json.dumps(about, default=str).encode()).hexdigest()[:16]
 
     def start(self, pool: Pool) -> Trial:

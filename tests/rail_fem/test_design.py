@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
 from rail_fem.case.casefile import CaseError
 from rail_fem.cli import app
@@ -15,6 +16,7 @@ from rail_fem.design.search import TRIALS, SearchRecord, rounded, search
 from rail_fem.design.shape import shape_difference, told
 from rail_fem.processes.pool import Workers
 from tests.rail_fem.test_casefile import ROOT
+from tests.rail_fem.test_wheelshape import write
 
 HERE = Workers(1)  # no process of its own
 DESIGN = """
@@ -134,6 +136,18 @@ def test_trials_of_another_search_are_not_taken(bowl, tmp_path):
     other = read_design(design(tmp_path, high=('high = "2 mm"', 'high = "3 mm"')))
     with pytest.raises(DesignError, match="trials of another search"):
         SearchRecord(other, tmp_path / "out")
+
+
+def test_trials_are_of_what_a_file_of_the_case_held(tmp_path):
+    """The sections or wheel of another file of the same name are another search."""
+    wheel = tmp_path / "own.csv"
+    path = design(tmp_path, own=("[pass.set]", f'[pass.set]\n"scene.wheel.profile" = "{wheel}"'))
+    write(wheel)
+    SearchRecord(read_design(path), tmp_path / "out")
+    SearchRecord(read_design(path), tmp_path / "out")
+    write(wheel, wheel_profile("S1002").points[::5])
+    with pytest.raises(DesignError, match="trials of another search"):
+        SearchRecord(read_design(path), tmp_path / "out")
 
 
 def test_a_row_that_is_no_trial_is_told_with_its_line(bowl, tmp_path):
