@@ -51,11 +51,12 @@ def report(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -
     checked : the numbers of the checks at the start and at best
     """
     design, best = problem.design, found.best
+    none_better = "" if best.score < found.start.score else ": no trial is better than the start"
     lines = [
         f"# Search of {problem.case.name} by {design.model}",
         "",
         f"{len(found.trials)} trials (seed {design.seed}), score"
-        f" {found.start.score:.4f} at the start, {best.score:.4f} at best (by {found.best_by}).",
+        f" {found.start.score:.4f} at the start, {best.score:.4f} at best (by {found.best_by}){none_better}.",
         "",
         *markdown_table(
             ["variable", "best", "bounds"],

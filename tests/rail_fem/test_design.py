@@ -1,6 +1,7 @@
 """A design search: finds a known best, makes the same trials each time, goes on where it was."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from rail_fem.cli import app
 from rail_fem.design import search as search_module
 from rail_fem.design.problem import DesignError, read_design
 from rail_fem.design.search import TRIALS, SearchRecord, rounded, search
+from rail_fem.design.search_report import report
 from rail_fem.design.shape import shape_difference, told
 from rail_fem.processes.pool import Workers
 from tests.rail_fem.test_casefile import ROOT
@@ -113,6 +115,14 @@ def test_trials_that_ended_before_a_kill_are_kept(bowl, tmp_path, monkeypatch):
     calls = model.calls
     search(problem, tmp_path / "whole", HERE, lambda text: None)
     assert model.calls == 2 * calls
+
+
+def test_a_best_that_is_no_better_than_the_start_is_said_to_be_none(bowl, tmp_path):
+    problem, _ = bowl
+    found = search(problem, tmp_path / "out", HERE)
+    worse = replace(found, best=replace(found.best, score=found.start.score))
+    better, none = (report(problem, one).splitlines()[2] for one in (found, worse))
+    assert "at best" in better and "no trial" not in better and none.endswith(": no trial is better than the start.")
 
 
 def test_a_search_in_which_nothing_can_be_run_says_why(bowl, tmp_path, monkeypatch):
