@@ -10,6 +10,7 @@ from geometry.surfaces.bodies import BODIES, NO_METAL
 ALONG, ACROSS = 10e-3, 1e-3  # spacing of the positions that are looked at [m]
 Y_RANGE = -40e-3, 120e-3  # [m]
 RUNNING = -12e-3  # what lies deeper carries no tread [m]
+LEAST = 5e-6  # that has a place: less is 0.00 mm [m]
 STEEP = 0.5  # slope across the rail of a face that is no running surface [1]
 
 
@@ -51,11 +52,13 @@ def running_surface(heights: np.ndarray) -> np.ndarray:
 
 
 def told(difference: ShapeDifference) -> list[str]:
-    """Body, most added and most taken away [mm] with their x, y [mm]; "-" for a body that is nowhere in both."""
+    """Body, most added and most taken away [mm] with their x, y [mm], "none" below LEAST; "-" for a body that is nowhere
+    in both."""
     if not np.isfinite(difference.added).any():
         return [difference.body, "-", "-"]
     top, bottom = int(np.nanargmax(difference.added)), int(np.nanargmin(difference.taken))
-    place = lambda value, i, y: f"{1e3 * value:+.2f} at x = {1e3 * difference.x[i]:.0f}, y = {1e3 * y[i]:.0f}"
+    where = lambda i, y: f"at x = {1e3 * difference.x[i]:.0f}, y = {1e3 * y[i]:.0f}"
+    place = lambda value, i, y: f"{1e3 * value:+.2f} {where(i, y)}" if abs(value) >= LEAST else "none"
     return [
         difference.body,
         place(difference.added[top], top, difference.y_added),

@@ -249,6 +249,7 @@ def test_shapes_are_apart_by_what_was_changed():
     assert wing.taken == pytest.approx(0, abs=1e-9) and wing.added == pytest.approx(0, abs=1e-9)
     place = re.fullmatch(r"-1.00 at x = (\d+), y = (-?\d+)", told(nose)[2])
     assert place and 360 <= int(place[1]) <= 450 and abs(int(place[2])) < 40
+    assert told(nose)[1] == "none" and told(wing)[1:] == ["none", "none"]  # no place where nothing is
     assert told(shape_difference(CastCrossing(), CastCrossing(), -0.9, -0.8)[1])[1:] == ["-", "-"]
 
 
