@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from rail_fem.case.casefile import load_case
 from rail_fem.contact.rigid import rigid_path
-from rail_fem.design.problem import Problem
+from rail_fem.design.problem import Pass, Problem
 from rail_fem.design.search import Found, Trial
 from rail_fem.design.shape import ShapeDifference, shape_difference, told
 from rail_fem.files.markdown import markdown_table
@@ -105,14 +104,12 @@ def command(problem: Problem, found: Found) -> str:
 
 def shape_differences(problem: Problem, found: Found) -> list[ShapeDifference]:
     """Of the bodies over the first pass's window."""
-    first = problem.design.passes[0].set
-    cases = [
-        load_case(problem.case, problem.changes(v) | first).by(problem.design.model) for v in (None, found.best.values)
-    ]
+    cases = [problem.changed(values, problem.design.passes[0]) for values in (None, found.best.values)]
     settings: Any = cases[0].runs[problem.design.model]
     low, high = sorted(settings.window(cases[0].scene))
-    before, after = (case.scene.crossing.surface for case in cases)
-    return shape_difference(before, after, low, high)
+    before, after = (case.scene.crossing for case in cases)
+    bodies = shape_difference(before.surface, after.surface, low, high)
+    return [one._replace(body=before.told(one.body)) for one in bodies]
 
 
 def robustness(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -> list[str]:
@@ -165,11 +162,11 @@ def design_figure(problem: Problem, found: Found) -> Figure:
         trials[words] = *front[np.argsort(front[:, 0])].T, "-"
     first = problem.design.passes[0]
     ends = ("start", None), ("best", found.best.values)
-    paths = {words: 1e3 * np.array(_path(problem, values, first.set)) for words, values in ends}
+    paths = {words: 1e3 * np.array(_path(problem, values, first)) for words, values in ends}
     apart = {
         one.body: (1e3 * one.x, (1e3 * one.taken, 1e3 * one.added), "band") for one in shape_differences(problem, found)
     }
-    along, title = "position x [mm]", "running surface, best less start: wing with leg, nose"
+    along, title = "position x [mm]", f"running surface, best less start: {', '.join(apart)}"
     panels = [
         Panel("trial, in the order made" if alone else _axis(pair[0]), _axis(pair[1]), trials),
         Panel(along, "axle height [mm]", paths, f"path of the rigid wheel, {first.name}"),
@@ -214,8 +211,8 @@ def _front(points: np.ndarray) -> np.ndarray:
     return np.array([k for k, p in enumerate(points) if not beaten(p)])
 
 
-def _path(problem: Problem, values: np.ndarray | None, changes: dict) -> tuple[np.ndarray, np.ndarray]:
-    case = load_case(problem.case, problem.changes(values) | changes).by(problem.design.model)
+def _path(problem: Problem, values: np.ndarray | None, one: Pass) -> tuple[np.ndarray, np.ndarray]:
+    case = problem.changed(values, one)
     settings: Any = case.runs[problem.design.model]
     start, end = settings.window(case.scene)
     x = np.arange(min(start, end), max(start, end), SHAPE_SPACING)

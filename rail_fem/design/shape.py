@@ -52,8 +52,8 @@ def running_surface(heights: np.ndarray) -> np.ndarray:
 
 
 def told(difference: ShapeDifference) -> list[str]:
-    """Body, most added and most taken away [mm] with their x, y [mm], "none" below LEAST; "-" for a body that is nowhere
-    in both."""
+    """Body, most added and most taken away [mm] with their x, y [mm], "none" below LEAST; "-" for a body that is
+    nowhere in both."""
     if not np.isfinite(difference.added).any():
         return [difference.body, "-", "-"]
     top, bottom = int(np.nanargmax(difference.added)), int(np.nanargmin(difference.taken))

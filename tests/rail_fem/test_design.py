@@ -13,8 +13,8 @@ from rail_fem.case.casefile import CaseError
 from rail_fem.cli import app
 from rail_fem.design import search as search_module
 from rail_fem.design.problem import DesignError, read_design
-from rail_fem.design.search import TRIALS, SearchRecord, rounded, search
-from rail_fem.design.search_report import report
+from rail_fem.design.search import TRIALS, Found, SearchRecord, Trial, rounded, search
+from rail_fem.design.search_report import report, shape_differences
 from rail_fem.design.shape import shape_difference, told
 from rail_fem.processes.pool import Workers
 from tests.rail_fem.test_casefile import ROOT
@@ -251,6 +251,16 @@ def test_shapes_are_apart_by_what_was_changed():
     assert place and 360 <= int(place[1]) <= 450 and abs(int(place[2])) < 40
     assert told(nose)[1] == "none" and told(wing)[1:] == ["none", "none"]  # no place where nothing is
     assert told(shape_difference(CastCrossing(), CastCrossing(), -0.9, -0.8)[1])[1:] == ["-", "-"]
+
+
+def test_shapes_and_bodies_are_those_of_a_pass_that_sets_a_table(tmp_path):
+    """A joint of 10 mrad, of which 4 are taken: the rail is higher, and no wing rail."""
+    joint = '"scene.crossing" = { family = "joint", dip_angle = "10 mrad" }'
+    dip = {"key": ("nose_lowering", "dip_angle"), "low": ('"-1 mm"', '"1 mrad"'), "high": ('"2 mm"', '"12 mrad"')}
+    path = design(tmp_path, **dip, end=('"420 mm"', '"600 mm"'), own=("[pass.set]", f"[pass.set]\n{joint}"))
+    start = Trial(np.array([np.nan]), np.array([2.0]), 1.0)
+    rail, nose = shape_differences(read_design(path), Found(start, replace(start, values=np.array([6.0])), []))
+    assert (rail.body, nose.body) == ("rail", "nose") and rail.added[0] > 1e-4
 
 
 def test_checks_are_reported_and_not_searched_on(tmp_path):
