@@ -1,6 +1,7 @@
 """What a search found: a table of start and best over all passes and checks, how robust the gain is, how far the shapes
 are apart, the best as a command, and two figures."""
 
+import shlex
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from rail_fem.case.variations import as_setting
 from rail_fem.contact.rigid import rigid_path
 from rail_fem.design.problem import Pass, Problem
 from rail_fem.design.search import Found, Trial
@@ -97,9 +99,11 @@ def _side_by_side(problem: Problem, columns: list[tuple[str, str]], start: np.nd
 
 
 def command(problem: Problem, found: Found) -> str:
-    """What runs the best."""
-    keys = " ".join(f'--set "{key}={value}"' for key, value in problem.changes(found.best.values).items())
-    return f"rail-fem run {problem.case} --model fe_full --out runs/best {keys}"
+    """What runs the best, in the scene that all passes have in common."""
+    common = {key: value for key, value in problem.design.set.items() if key.startswith("scene.")}
+    changes = common | problem.changes(found.best.values)
+    keys = " ".join(f"--set {shlex.quote(as_setting(key, value))}" for key, value in changes.items())
+    return f"rail-fem run {shlex.quote(str(problem.case))} --model fe_full --out runs/best {keys}"
 
 
 def shape_differences(problem: Problem, found: Found) -> list[ShapeDifference]:

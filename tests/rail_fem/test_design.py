@@ -1,6 +1,7 @@
 """A design search: finds a known best, makes the same trials each time, goes on where it was."""
 
 import re
+import shlex
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from rail_fem.cli import app
 from rail_fem.design import search as search_module
 from rail_fem.design.problem import DesignError, read_design
 from rail_fem.design.search import TRIALS, Found, SearchRecord, Trial, rounded, search
-from rail_fem.design.search_report import report, shape_differences
+from rail_fem.design.search_report import command, report, shape_differences
 from rail_fem.design.shape import shape_difference, told
 from rail_fem.processes.pool import Workers
 from tests.rail_fem.test_casefile import ROOT
@@ -230,6 +231,10 @@ def test_keys_of_all_passes_stand_once_and_a_pass_s_own_go_before(tmp_path):
     (one,), (check,) = problem.design.passes, problem.design.checks
     assert one.set["scene.friction"] == 0.2 and one.set["scene.speed"] == "60 mph"
     assert check.set["scene.friction"] == 0.2 and check.set["scene.speed"] == "50 mph"
+    trial = Trial(np.array([0.7]), np.array([1.0]), 1.0)
+    words = shlex.split(command(problem, Found(trial, trial, [])))  # what runs the best has them, too
+    assert words[-6::2] == ["--set"] * 3
+    assert words[-5::2] == ["scene.friction=0.2", "scene.speed=60 mph", "scene.crossing.nose_lowering=0.7 mm"]
 
 
 def test_a_guess_is_among_the_first_trials(bowl, tmp_path):
