@@ -100,9 +100,10 @@ def search(
 
 def trials_of(problem: Problem, folder: Path) -> list[Trial]:
     """Of a search of the same passes and bounds, whatever its weights. Errors: DesignError where there is none."""
-    if not (Path(folder) / TRIALS).is_file():
-        raise DesignError(f"{folder}: has no {TRIALS} of a search to begin with")
-    return SearchRecord(problem, Path(folder)).trials
+    trials = SearchRecord(problem, Path(folder)).trials if (Path(folder) / TRIALS).is_file() else []
+    if not trials:
+        raise DesignError(f"{folder}: has no {TRIALS} of a search to begin with, or no trial in it")
+    return trials
 
 
 class _Judge:
@@ -171,10 +172,14 @@ class SearchRecord:
         if self.path.is_file():
             self._read()
         else:
-            titles = [variable.title for variable in problem.design.vary]
-            titles += [f"{name}: {quantity}" for name, quantity in problem.columns]
-            self._write([f"# search {self.digest}"])
-            self._write([*titles, "fault"])
+            self._begin()
+
+    def _begin(self) -> None:
+        titles = [variable.title for variable in self.problem.design.vary]
+        titles += [f"{name}: {quantity}" for name, quantity in self.problem.columns]
+        write_text_atomically(self.path, "")
+        self._write([f"# search {self.digest}"])
+        self._write([*titles, "fault"])
 
     @property
     def digest(self) -> str:
@@ -240,6 +245,8 @@ class SearchRecord:
             write_text_atomically(self.path, text)
         rows = list(csv.reader(text.splitlines()))
         if not rows or rows[0] != [f"# search {self.digest}"]:
+            if not rows or rows[0][:1] and rows[0][0].startswith("# search ") and len(rows) <= 2:
+                return self._begin()  # of a search that was refused, or ended before its first trial
             raise DesignError(f"{self.path}: holds trials of another search: give another folder, or remove it")
         count = len(self.problem.design.vary)
         for line, row in enumerate(rows[2:], 3):

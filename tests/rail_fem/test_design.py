@@ -14,7 +14,7 @@ from rail_fem.case.casefile import CaseError
 from rail_fem.cli import app
 from rail_fem.design import search as search_module
 from rail_fem.design.problem import DesignError, read_design
-from rail_fem.design.search import TRIALS, Found, SearchRecord, Trial, rounded, search
+from rail_fem.design.search import TRIALS, Found, SearchRecord, Trial, rounded, search, trials_of
 from rail_fem.design.search_report import command, report, shape_differences
 from rail_fem.design.shape import shape_difference, told
 from rail_fem.processes.pool import Workers
@@ -141,12 +141,22 @@ def test_what_the_model_does_not_know_is_no_objective(tmp_path):
     assert not SearchRecord(problem, tmp_path / "out").trials
 
 
+def tried(out):
+    with (out / TRIALS).open("a", encoding="utf-8") as file:
+        file.write("0.7,1.0,\n")
+
+
 def test_trials_of_another_search_are_not_taken(bowl, tmp_path):
     problem, _ = bowl
     SearchRecord(problem, tmp_path / "out")
     other = read_design(design(tmp_path, high=('high = "2 mm"', 'high = "3 mm"')))
+    SearchRecord(other, tmp_path / "out")  # there are none
+    with pytest.raises(DesignError, match="no trial in it"):
+        trials_of(other, tmp_path / "out")
+    tried(tmp_path / "out")
+    assert len(SearchRecord(other, tmp_path / "out").trials) == 1
     with pytest.raises(DesignError, match="trials of another search"):
-        SearchRecord(other, tmp_path / "out")
+        SearchRecord(problem, tmp_path / "out")
 
 
 def test_trials_are_of_what_a_file_of_the_case_held(tmp_path):
@@ -155,6 +165,7 @@ def test_trials_are_of_what_a_file_of_the_case_held(tmp_path):
     path = design(tmp_path, own=("[pass.set]", f'[pass.set]\n"scene.wheel.profile" = "{wheel}"'))
     write(wheel)
     SearchRecord(read_design(path), tmp_path / "out")
+    tried(tmp_path / "out")
     SearchRecord(read_design(path), tmp_path / "out")
     write(wheel, wheel_profile("S1002").points[::5])
     with pytest.raises(DesignError, match="trials of another search"):
