@@ -20,6 +20,7 @@ from geometry.axes import RAIL_DEPTH
 from rail_fem.hierarchy import MODELS, load
 from rail_fem.passes.track_beam import track_beam
 from rail_fem.processes.launcher import dealt_out, on_root
+from rail_fem.result.events import stated_peaks
 from rail_fem.result.quantities import FORCES, REPORTED
 from rail_fem.result.result import PassResult
 from rail_fem.scene.base import InputError
@@ -178,7 +179,21 @@ def form(result: PassResult, by_passes: bool = True) -> dict[str, dict[str, floa
     if by_passes and own and result.scene.diverging is None:
         for words, moved in _by_passes(result, own).items():
             found[words] = found.get(words, {}) | moved
+    for alike in one_and_the_same(result):
+        for row in found.values():
+            if moves := [row[name] for name in alike if name in row]:
+                row.update(dict.fromkeys(alike, max(moves, key=abs)))
     return {result.scene.crossing.told(words): moved for words, moved in found.items() if moved}
+
+
+def one_and_the_same(result: PassResult) -> list[list[str]]:
+    """Names of forces that are one force at one place, which has one bar: what moves it most. Kept shares go by name,
+    and a wing's is that of a calm load beside the nose's impact, where it is the only rail that of the impact."""
+    at: dict[tuple[float, float], list[str]] = {}
+    for name, peak in stated_peaks(result).items():
+        if name in FORCES and peak.x == peak.x:
+            at.setdefault((peak.x, peak.value), []).append(name)
+    return [names for names in at.values() if len(names) > 1]
 
 
 def _by_passes(result: PassResult, own: Mapping[str, float]) -> dict[str, dict[str, float]]:

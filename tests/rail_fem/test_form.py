@@ -76,6 +76,17 @@ def test_what_a_light_model_is_off_over_a_nose_is_told_of_no_joint_nor_a_casting
     assert form(of_crossing, by_passes=False)[row]["largest_force"] == pytest.approx(own / (1 + 2.40) - own)
 
 
+def test_one_force_at_one_place_has_one_bar(scene):
+    """A joint's impact is the largest force on the wheel and on its only rail; hardening moved it by 14.5 and 4.2 %."""
+    bent = scene.replace_si(crossing={"family": "joint", "dip_angle": 4e-3})
+    result = solve("rigid_hertz", bent, {"start": "-50 mm", "end": "100 mm", "path_spacing": "5 mm"})
+    one, other = (result.peaks[name] for name in ("largest_force", "largest_force_wing"))
+    assert (one.x, one.value) == (other.x, other.value)
+    rows = form(replace(result, peaks={**result.peaks, "impact_on_wheel": one}), by_passes=False).values()
+    assert any("largest_force" in row for row in rows)
+    assert all(row["largest_force"] == row["largest_force_wing"] == row["impact_on_wheel"] for row in rows)
+
+
 def test_each_row_is_what_the_passes_differ_by(scene, ran):
     result = load(ran[0])
     words = next(words for words in result.form if "aside" in words)
