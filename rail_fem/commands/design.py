@@ -1,5 +1,6 @@
 """`rail-fem design`: search for a better crossing with a light model, and prove what is found by the explicit one."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -73,6 +74,7 @@ def design(
     from rail_fem.design.search_report import write_report
     from rail_fem.processes.pool import Lost, PoolError, Workers
     from rail_fem.processes.stopping import AGAIN, last_words
+    from rail_fem.result.runfolder import RunFolderError, held
 
     if launcher.rank_count() > 1:
         stop("design starts mpirun itself, run by run: leave mpirun out and give --ranks")
@@ -81,16 +83,17 @@ def design(
         stop(f"{given} is for the runs that prove: give --prove, too")
     by = Workers(workers, pool)
     try:
-        with last_words(lambda: AGAIN):
+        with last_words(lambda: AGAIN), ExitStack() as holding:
             problem, changes = read_design(file), read_settings(settings or ())
             if prove:
                 check_proof(problem, changes, finer or (), ranks)
+            if problem.facts and (finer or begin is not None):
+                stop("--finer and --begin are of a search: an inversion has neither")
+            earlier = trials_of(problem, begin) if begin is not None else []
+            holding.enter_context(held(out))
             if problem.facts:
-                if finer or begin is not None:
-                    stop("--finer and --begin are of a search: an inversion has neither")
                 _invert(problem, out, by, rounds if prove else 0, changes, ranks, scenes)
                 return
-            earlier = trials_of(problem, begin) if begin is not None else []
             if not prove:
                 found = search(problem, out, by, say, None, earlier)
                 say("\n" + write_report(problem, found, out))
@@ -104,7 +107,7 @@ def design(
                 say("\n" + write_proof(problem, runs, out))
     except Lost as error:
         stop(f"a task of the search is lost: {error}: start again, it goes on where it was", RUN_FAILED)
-    except (PoolError, DesignError, CaseError, VariationError, OSError) as error:
+    except (PoolError, DesignError, CaseError, VariationError, RunFolderError, OSError) as error:
         stop(error)
     if any(run.fault for run in runs):
         raise typer.Exit(RUN_FAILED)

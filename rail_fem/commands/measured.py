@@ -59,13 +59,15 @@ def measured(
         from rail_fem.design.inversion_report import write_inversion
         from rail_fem.design.state import state_problem
         from rail_fem.processes.pool import Lost, Workers
+        from rail_fem.result.runfolder import held
 
         if out is None:
             stop("--find: give --out, the folder of trials, report and figures")
         with refusing():
             problem = state_problem(against, records, find or [], each or [], bearers, trials, reach)
             try:
-                say("\n" + write_inversion(problem, invert(problem, out, Workers(workers), say), out))
+                with held(out):
+                    say("\n" + write_inversion(problem, invert(problem, out, Workers(workers), say), out))
             except Lost as error:
                 stop(f"a trial is lost: {error}: start again, it goes on where it was", RUN_FAILED)
         return

@@ -18,6 +18,7 @@ from rail_fem.design.search import TRIALS, Found, SearchRecord, Trial, rounded, 
 from rail_fem.design.search_report import command, report, shape_differences
 from rail_fem.design.shape import shape_difference, told
 from rail_fem.processes.pool import Workers
+from rail_fem.result.runfolder import held
 from tests.rail_fem.test_casefile import ROOT
 from tests.rail_fem.test_wheelshape import write
 
@@ -325,3 +326,12 @@ def test_a_design_that_cannot_be_searched_is_refused(tmp_path, old, new, complai
     else:
         with pytest.raises((DesignError, CaseError), match=complaint):
             read_design(path)
+
+
+def test_a_folder_holds_one_search_at_a_time(tmp_path):
+    """Two at once wrote each trial twice."""
+    path, out = design(tmp_path), tmp_path / "found"
+    with held(out):
+        refused = CliRunner().invoke(app, ["design", str(path), "--out", str(out), "--workers", "1"])
+    assert refused.exit_code and "runs there: wait until it ends" in " ".join(refused.output.split())
+    assert not (out / TRIALS).exists()
