@@ -17,7 +17,7 @@ from geometry.surfaces.bodies import NO_METAL, CrossingError, TwoBodies
 from geometry.surfaces.crossing import PLAIN_LINE_X, feature_indices
 from geometry.surfaces.crossing_surface import FLOOR
 from geometry.surfaces.leg_transition import along, cast_leg, lengths
-from geometry.surfaces.section_grid import BodyGrid, SectionGrids, body_grid, grid_heights, no_body
+from geometry.surfaces.section_grid import BodyGrid, SectionGrids, body_grid, every_second, grid_heights, no_body
 from geometry.surfaces.sections import FACE_DEPTH, SectionBody, SectionCrossing, points_up
 
 MM = 1e-3
@@ -108,6 +108,25 @@ class MeasuredCrossing(TwoBodies):
         """Heights (n,) [m] of "wing" or "nose" at x, y (n,); NO_METAL where the body is not."""
         return grid_heights(x, y, self.grids.nose if body == "nose" else self.grids.wing)
 
+    def missed(self, low: float, high: float, y: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What the distance of sections costs, by the file alone: x (m,) of the sections between low and high [m], and
+        how far a wheel on the section lies from one on the surface without it (m,) [m].
+
+        y, radius : (n,) of the wheel [m], each section under its axle alone. Every second section is left out: of the
+        distances that there are a surface without edges along x misses a quarter of what is told, one with them half.
+        """
+        x = self.sections.x
+        x = x[1:-1][(x[1:-1] >= low) & (x[1:-1] <= high)]
+        own, without = np.full((2, len(x)), NO_METAL)
+        for grid in self.grids:
+            own = np.maximum(own, _lowered(grid, x, y, radius))
+            for first in (0, 1):
+                left = np.isin(x, grid.x[1 - first :: 2])
+                found = _lowered(every_second(grid, first), x[left], y, radius) if len(grid.x) > 4 else NO_METAL
+                without[left] = np.maximum(without[left], found)
+        both = (own > 0) & (without > 0)
+        return x[both], (without - own)[both]
+
     def wing_section(self, x: float) -> np.ndarray | None:
         """(n, 2)  y, z [m] of the wing at x, from the foot of its gauge face to its field-side foot, both on the floor.
 
@@ -142,6 +161,13 @@ class MeasuredCrossing(TwoBodies):
         z = grid_heights(np.full(len(y), float(x)), y, grid)
         line = np.column_stack([y, z])[z > 0.5 * NO_METAL]
         return outline(line, f"{self.label} at x = {x / MM:.1f} mm")
+
+
+def _lowered(grid: BodyGrid, x: np.ndarray, y: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """(m,)  height of the axle over a body's sections at x (m,), NO_METAL where it is not; y, radius : (n,) of the
+    wheel."""
+    z = grid_heights(np.repeat(x, len(y)), np.tile(y, len(x)), grid).reshape(len(x), len(y))
+    return np.where(z > 0.5 * NO_METAL, z + radius, NO_METAL).max(axis=1)
 
 
 def outline(line: np.ndarray, what: str) -> np.ndarray:
