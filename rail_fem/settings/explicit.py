@@ -24,7 +24,7 @@ SLAB_ELEMENTS = 3  # along the rail, of the slabs that a travelling window lets 
 SLAB = 6e-3  # they are at least so long [m]
 EDGE_ELEMENTS = 2  # by which the patch of a coarse mesh is longer at its end
 # of an automatic travelling window, to each side but for a slab and those elements: contact up to 4 mm from the axle,
-# patch and plastic zone of the reference case's impact, and 13 mm more: forces are off as with twice the length
+# patch and plastic zone of the reference case's impact, and 13 mm more: forces are within 0.2 % of those with 120 mm
 AROUND_PATCH = 36e-3  # [m]
 SMOKE_STEPS = 50
 SMOKE_STRETCH = 0.12  # m of crossing that is meshed
