@@ -22,6 +22,7 @@ IndentationLaw = Literal["rolled", "fully plastic"]  # of the light models, and 
 SMOKE_ELEMENT_SIZE = 6e-3
 SLAB_ELEMENTS = 3  # along the rail, of the slabs that a travelling window lets enter and leave
 SLAB = 6e-3  # they are at least so long [m]
+WINDOW_ENDS = "window_ahead", "window_behind"
 EDGE_ELEMENTS = 2  # by which the patch of a coarse mesh is longer at its end
 # of an automatic travelling window, to each side but for a slab and those elements: contact up to 4 mm from the axle,
 # patch and plastic zone of the reference case's impact, and 13 mm more: forces are within 0.2 % of those with 120 mm
@@ -255,7 +256,7 @@ class FeSettings(Frozen):
         """The same with elements larger by a factor; a travelling window of a given length longer by as much as its
         slabs are."""
         longer = SLAB_ELEMENTS * (factor - 1) * self.along
-        given = {name: getattr(self, name) for name in ("window_ahead", "window_behind")}
+        given = {name: getattr(self, name) for name in WINDOW_ENDS}
         longer_windows = {name: length + longer for name, length in given.items() if length and length != "auto"}
         return self.model_copy(update={"preset": None, "element_size": factor * self.element_size, **longer_windows})
 

@@ -15,7 +15,7 @@ from rail_fem.result.extrapolation import Limit, limit_of
 from rail_fem.result.quantities import REPORTED, reported
 from rail_fem.result.result import PassResult, load
 from rail_fem.run.job import run_case
-from rail_fem.settings.explicit import FeSettings
+from rail_fem.settings.explicit import WINDOW_ENDS, FeSettings
 
 MODEL = "fe_full"
 TWIN = 1.2, 2.6  # ratio of sizes with which the coarser run serves as the finer one's twin
@@ -59,8 +59,7 @@ def _windows(case_path: Path, changes: Mapping[str, Any], size: float) -> dict[s
     if not isinstance(own, FeSettings) or size <= own.element_size:
         return {}
     coarse = own.coarser(size / own.element_size)
-    lengths = {"window_ahead": coarse.window_ahead, "window_behind": coarse.window_behind}
-    given = {name: length for name, length in lengths.items() if isinstance(length, float)}
+    given = {name: length for name in WINDOW_ENDS if isinstance(length := getattr(coarse, name), float)}
     return {f"run.{MODEL}.{name}": f"{length * 1e3:g} mm" for name, length in given.items()}
 
 

@@ -8,8 +8,9 @@ import pytest
 from rail_fem.case.casefile import load_case
 from rail_fem.case.estimate import estimate_run
 from rail_fem.case.preflight import preflight_errors
-from rail_fem.fe.plan.travelling_window import ENDS, SPARE, largest_half_patch, least_window, length_errors
+from rail_fem.fe.plan.travelling_window import SPARE, largest_half_patch, least_window, length_errors
 from rail_fem.fe.plan.travelling_window import with_window as decided
+from rail_fem.settings.explicit import WINDOW_ENDS
 
 CASE = load_case(Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml")
 SETTINGS = CASE.runs["fe_full"].model_copy(
@@ -87,7 +88,7 @@ def test_an_automatic_window_follows_its_elements_and_is_long_enough_on_any_scen
     if profile == "P8-worn":
         assert found.window_lengths == pytest.approx(auto.window_lengths, abs=1e-3)
         main = decided(scene, CASE.runs["fe_full"])
-        assert [getattr(main, end) for end in ENDS] == [0.045, 0.045]
+        assert [getattr(main, end) for end in WINDOW_ENDS] == [0.045, 0.045]
     one = decided(scene, with_window(window_ahead="auto", window_behind=None))
     assert one.window_behind is None and isinstance(one.window_ahead, float)
     assert decided(scene, found) is found

@@ -8,12 +8,11 @@ from rail_fem.contact.rigid import Settings, window_path, with_path
 from rail_fem.fe.plan.fine_zone import NEAR
 from rail_fem.fe.plan.mass_scaling import static_patch
 from rail_fem.scene.scene import Scene
-from rail_fem.settings.explicit import FeSettings
+from rail_fem.settings.explicit import WINDOW_ENDS, FeSettings
 
 IMPACT = 3.0  # largest contact force over the static load that a window must be long enough for
 ZONE = 1.0  # plastic flow ahead of the patch and behind it, over the patch's half length
 SPARE = 12e-3  # of an automatic window beyond the shortest, at least [m]
-ENDS = "window_ahead", "window_behind"
 
 
 def largest_half_patch(scene: Scene) -> float:
@@ -49,7 +48,7 @@ def with_window(scene: Scene, settings: Settings) -> Settings:
         return settings
     lengths = {
         name: math.ceil(max(length, least + SPARE) * 1e3) / 1e3
-        for name, length, least in zip(ENDS, settings.window_lengths, least_window(scene, settings))
+        for name, length, least in zip(WINDOW_ENDS, settings.window_lengths, least_window(scene, settings))
         if getattr(settings, name) == "auto"
     }
     return settings.model_copy(update=lengths)
@@ -65,6 +64,6 @@ def length_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
         f" {offset * 1e3:.1f} mm from the axle, half a patch ({largest_half_patch(scene) * 1e3:.1f} mm under {IMPACT:g}"
         f" times the static load), the plastic zone beside it, a slab and two elements need: give"
         f" {math.ceil(enough * 1e3)} mm or more"
-        for name, length, offset, enough in zip(ENDS, settings.window_lengths, reach, least)
+        for name, length, offset, enough in zip(WINDOW_ENDS, settings.window_lengths, reach, least)
         if length < enough
     ]
