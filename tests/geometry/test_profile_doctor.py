@@ -100,7 +100,7 @@ def test_a_loop_through_the_very_first_piece_is_refused_too():
     refuse_loops(points[:4], np.arange(1, 5), raw(points))
 
 
-@pytest.mark.parametrize("level", [7e-6, 30e-6, 100e-6])
+@pytest.mark.parametrize("level", [7e-6, 10e-6, 30e-6, 100e-6])
 def test_noise_is_measured_and_taken_out(level):
     """Level to 25 % (median of 250 samples); what is left is below half of it on the crown."""
     clean = rail_head("60E1", spacing=0.4 * MM).points
@@ -109,7 +109,7 @@ def test_noise_is_measured_and_taken_out(level):
     assert noise_level(noisy) == pytest.approx(level, rel=0.25)
     found = examine(raw(noisy))
     assert says(found, "repaired", "smoothed")
-    assert says(found, "warning", "measure again") == (level > 10e-6)  # smoothing leaves some of it
+    assert says(found, "warning", "measure again") == (noise_level(noisy) > 10e-6)  # smoothing leaves some of it
     crown = np.linspace(-0.02, 0.02, 201)
     left = found.profile.graph_part().height(crown) - rail_head("60E1").height(crown)
     assert np.sqrt(np.mean(left**2)) < 0.5 * level
