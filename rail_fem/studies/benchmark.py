@@ -7,7 +7,7 @@
     mpirun -n 2 python -m mpi4py -m rail_fem study benchmark ranks --size 2 --steps 300
 
 kernels  elements a second, on cubes in and beyond the cache, beside dolfinx's own assembly of the elastic force, and
-         both limits of a core (the roofline of Williams, Waterman and Patterson, Comm. ACM 52 (2009) 65); contact
+         both limits of a core (the roofline of Williams, Waterman and Patterson, Comm. ACM 52 (2009) 65)
 step     what a step consists of, from the static contact on: each part less its inner parts and what the clock takes
 ranks    the critical path of a step: a step is work between messages, and all ranks must have come before a message
          ends, so that a stretch of work takes what the slowest rank takes and a message what the rank takes in it that

@@ -1,27 +1,21 @@
-"""Speed of the explicit model's hot paths on one core: element kernels, dolfinx's own assembly of the same work, both
-limits of the core, contact."""
+"""Speed of the explicit model's element kernels on one core, of dolfinx's own assembly of the same work, and both
+limits of the core."""
 
 import inspect
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import ufl
 from mpi4py import MPI
 
-from geometry.meshing.blocks import mesh_box, mesh_cap
-from geometry.meshing.hexmesh import merge_bodies
+from geometry.meshing.blocks import mesh_box
 from kernel_cache import njit
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.compat import fem, function_space
-from rail_fem.fe.contact.contact import Contact
-from rail_fem.fe.contact.pairs import N_ACTIVE
-from rail_fem.fe.contact.search import ContactSettings
-from rail_fem.fe.contact.surface import ContactSurfaces, Surface
 from rail_fem.fe.domain import Domain
-from rail_fem.fe.rolling_wheel import RollingWheel
 from rail_fem.fe.structure import Structure
 from rail_fem.scene.steel import GRADES, Steel
 from rail_fem.show.table_and_figure import Table
@@ -41,17 +35,16 @@ RADIUS = 0.4  # of the cube bent into rings [m]
 
 @dataclass(frozen=True)
 class Effort:
-    """How long to measure: repeats of which the fastest counts, each of at least `shortest` [s]; edges of the cubes and
-    of the contact in elements; numbers of each streamed array."""
+    """How long to measure: repeats of which the fastest counts, each of at least `shortest` [s]; edges of the cubes in
+    elements; numbers of each streamed array."""
 
     repeats: int = 7
     shortest: float = 0.1
     cubes: tuple[int, ...] = (12, 32, 64)
-    facets: int = 60
     streamed: int = 8_000_000
 
 
-QUICK = Effort(1, 0.0, (4,), 6, 1000)
+QUICK = Effort(1, 0.0, (4,), 1000)
 
 
 def least_time(action: Callable[[], None], effort: Effort) -> float:
@@ -146,49 +139,6 @@ def assembly_rate(domain: Domain, points: int, effort: Effort, flags: tuple[str,
 
 
 @dataclass(frozen=True)
-class ContactCost:
-    """pairs watched and active; seconds of a step's contact forces and of a search (every `refresh` steps)."""
-
-    pairs: int
-    active: int
-    forces: float
-    search: float
-    refresh: int
-
-
-def contact_cost(across: int, effort: Effort) -> ContactCost:
-    """Two blocks with `across`^2 facets each, half an element and a twist apart, overlapping by 1 um: every pair is
-    active, with friction."""
-    side = across * EDGE
-    rail = mesh_box((side, side, 2 * EDGE), (across, across, 2), name="rail")
-    rail = replace(rail, points=rail.points - [side / 2, side / 2, 2 * EDGE])
-    half = 0.45 * side, 0.45 * side
-    wheel = mesh_cap(np.inf, np.inf, half, 2 * EDGE, 1.1 * EDGE, (*half, 2 * EDGE), name="wheel")
-    turn = np.array([[np.cos(0.1), -np.sin(0.1), 0], [np.sin(0.1), np.cos(0.1), 0], [0, 0, 1]])
-    wheel = replace(wheel, points=wheel.points @ turn.T + [0.3 * EDGE, 0.2 * EDGE, -1e-6])
-    mesh = merge_bodies([rail, wheel])
-    structure = Structure(Domain(MPI.COMM_SELF, mesh.points, mesh.cells, mesh.region), [STEEL] * 2, small=(0, 1))
-    rail_surface, wheel_surface = (Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1))
-    refresh = 50
-    settings = ContactSettings(1e15, friction=0.3, refresh=refresh)
-    wheel_frame = RollingWheel(30.0, 70.0, (0.0, 0.0, 0.42))
-    contact = Contact(ContactSurfaces(structure, rail_surface, wheel_surface), settings, wheel_frame)
-    contact.ready(1e-7)
-    message = np.empty(contact.size)
-
-    def forces():
-        contact.search.steps_left = refresh
-        contact.pack(1e-7, message)
-        contact.add_forces(1e-7, message)
-
-    seconds = least_time(forces, effort)
-    pairs = sum(len(pairs.slaves) for pairs in contact.pairs)
-    return ContactCost(
-        pairs, int(contact.sums[N_ACTIVE]), seconds, least_time(lambda: contact.search.search(1e-7), effort), refresh
-    )
-
-
-@dataclass(frozen=True)
 class Limits:
     """Of one core: multiply-adds in the first cache, counted as two operations each [1/s]; memory read and written by
     an update in place of arrays far larger than the caches [B/s]."""
@@ -218,12 +168,12 @@ def update_in_place(y, a, x):
         y[i] = a * y[i] + x[i]
 
 
-def machine_limits(least_time: Callable[[Callable[[], None]], float], numbers: int) -> Limits:
-    """Measured now. least_time : seconds of a call;  numbers : of each of the two arrays that are streamed."""
+def machine_limits(effort: Effort) -> Limits:
+    """Measured now."""
     line, repeats = np.ones(LINE), 200
-    arithmetic = 2.0 * DEEP * LINE * repeats / least_time(lambda: multiply_add(line, 0.999, 1e-3, repeats))
-    y, x = np.ones(numbers), np.ones(numbers)
-    return Limits(arithmetic, 24.0 * numbers / least_time(lambda: update_in_place(y, 0.999, x)))
+    arithmetic = 2.0 * DEEP * LINE * repeats / least_time(lambda: multiply_add(line, 0.999, 1e-3, repeats), effort)
+    y, x = np.ones(effort.streamed), np.ones(effort.streamed)
+    return Limits(arithmetic, 24.0 * effort.streamed / least_time(lambda: update_in_place(y, 0.999, x), effort))
 
 
 def bytes_of_update(structure: Structure) -> float:
@@ -263,19 +213,16 @@ def kernel_table(effort: Effort) -> Table:
         }
         for name, rate in found.items():
             rates.setdefault(name, []).append(1e-6 * rate)
-    limits = machine_limits(lambda action: least_time(action, effort), effort.streamed)
+    limits = machine_limits(effort)
     bounds = {}
     for kernel, name in NAMES.items():
         moved = bytes_of_update(structure_of(bent if kernel == "rings" else domain, kernel))
         allowed = limits.operations / OPERATIONS[kernel], limits.bytes / moved
         bounds[name] = [OPERATIONS[kernel], moved, *(1e-6 * rate for rate in allowed)]
     rows = [[name, *own, *bounds.get(name, ["-"] * 4)] for name, own in rates.items()]
-    cost = contact_cost(effort.facets, effort)
     title = (
         f"Million updates a second; the core has {1e-9 * limits.operations:.3g} 10^9 operations/s and"
-        f" {1e-9 * limits.bytes:.3g} GB/s. Contact, {cost.pairs} pairs, {cost.active} of them active with friction:"
-        f" {1e-6 * cost.pairs / cost.forces:.3g} million pairs/s; a search is {cost.search / cost.forces:.3g} times a"
-        f" step's forces, once in {cost.refresh} steps"
+        f" {1e-9 * limits.bytes:.3g} GB/s"
     )
     head = ["what", *(f"{across**3} elements" for across in effort.cubes), "operations", "bytes"]
     return Table([*head, "limit by arithmetic", "limit by memory"], rows, title)

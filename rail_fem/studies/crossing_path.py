@@ -1,7 +1,7 @@
 """Five wheels, or any others, over the cast crossing: contact bands on its plan, height of the axle, entry ramp,
 lowest point, transfer, dip angle.
 
-    rail-fem study crossing-path --out bands [--ratio 9.25] [--wheel P8 --wheel my.whl] [--sections uk_crossing.slcs]
+    rail-fem study crossing-path --out bands [--ratio 9.25] [--wheel P8 --wheel my.whl]
 
 The paths are rigid and quasi-static: run backwards (trailing) a wheel touches the same positions, and every climb
 becomes a fall.
@@ -15,12 +15,9 @@ import typer
 
 from geometry.path.contact_band import PathNumbers, band_edges, clearance, path_numbers
 from geometry.path.wheel_path import WheelPath, wheel_path
-from geometry.profiles.formats.slices import read_slices
 from geometry.profiles.wheel import WHEEL_NAMES
 from geometry.surfaces.bodies import BODIES
 from geometry.surfaces.crossing import CastCrossing
-from geometry.surfaces.measured_crossing import MeasuredCrossing
-from geometry.surfaces.sections import SectionCrossing
 from rail_fem.scene.wheel_profile import wheel_shape
 from rail_fem.show.crossing_figure import GAUGE_DEPTH, outline
 from rail_fem.show.panels import Panel
@@ -85,27 +82,6 @@ def shown_name(name: str) -> str:
     return name if name in WHEEL_NAMES else Path(name).name
 
 
-def against_sections(file: Path, paths: dict[str, WheelPath], radius: float) -> str:
-    """Largest difference of the axle's height between a crossing's own sections and the parametric one, and both
-    transfers."""
-    crossing, rows = MeasuredCrossing(SectionCrossing.from_slices(read_slices(file))), []
-    low, high = crossing.x_range
-    for name, path in paths.items():
-        inside = (path.x > low + 0.1) & (path.x < min(high - 0.1, 0.75))
-        x = path.x[inside][::4]
-        own = wheel_path(wheel_shape(name), crossing, x, radius)
-        rows.append(
-            f"  {shown_name(name):<10} largest difference in height"
-            f" {np.abs(own.height - path.height[inside][::4]).max() / MM:.3f} mm, nose carries from"
-            f" {_first_mm(own)} mm ({_first_mm(path)} mm)"
-        )
-    return "\n".join([f"against the sections of {file.name}:", *rows])
-
-
-def _first_mm(path: WheelPath) -> str:
-    return f"{path.transfers[0] / MM:.0f}" if len(path.transfers) else "none"
-
-
 def panels(crossing: CastCrossing, paths: dict[str, WheelPath], numbers: dict[str, PathNumbers]) -> list[Panel]:
     """A plan for each wheel, wing and nose where they pass the gauge depth and the bands of contact on them; heights of
     all axles."""
@@ -127,7 +103,6 @@ def panels(crossing: CastCrossing, paths: dict[str, WheelPath], numbers: dict[st
 def main(
     ratio: Annotated[float, typer.Option(help="N of the crossing 1:N")] = 9.25,
     radius: Annotated[float, typer.Option(help="of the wheels [mm]")] = 1e3 * RADIUS,
-    sections: Annotated[Path | None, typer.Option(help="a .slcs of the 1:9.25 crossing's own sections")] = None,
     wheel: Annotated[list[str] | None, typer.Option(help="name or profile file; may be given several times")] = None,
     quick: QUICK = False,
     out: OUT = None,
@@ -137,7 +112,6 @@ def main(
     names = wheel or (["P8"] if quick else list(WHEEL_NAMES))
     paths = {name: run_over(crossing, name, spacing, radius * MM) for name in names}
     numbers = {name: path_numbers(path, crossing) for name, path in paths.items()}
-    beside = "" if sections is None else against_sections(sections, paths, radius * MM)
     drawn = panels(crossing, paths, numbers)
     title = f"Contact bands on the cast crossing 1:{ratio:g}, wheel of radius {radius:.0f} mm, centred, not yawed"
-    publish("crossing_path", out, [table(numbers, ratio)], drawn, title, beside, columns=1)
+    publish("crossing_path", out, [table(numbers, ratio)], drawn, title, columns=1)

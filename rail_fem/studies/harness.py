@@ -18,3 +18,12 @@ def spent(action: Callable[[], Answer]) -> tuple[float, Answer]:
     began = time.process_time()
     answer = action()
     return time.process_time() - began, answer
+
+
+def least(action: Callable[[], Answer], rounds: int = 3, budget: float = 0.0) -> tuple[float, Answer]:
+    """The least of so many rounds or more, as many as come within a budget [s], and the last answer."""
+    times: list[float] = []
+    while len(times) < rounds or sum(times) < budget:
+        seconds, answer = spent(action)
+        times.append(seconds)
+    return min(times), answer

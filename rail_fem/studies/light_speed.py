@@ -3,7 +3,7 @@
 Of this process, the least of several rounds where a row can be repeated; kernels are compiled before.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,18 +15,12 @@ from rail_fem.contact.contact_table import table_of
 from rail_fem.contact.rigid import rigid_path
 from rail_fem.models import rigid_hertz
 from rail_fem.settings.light import RigidHertzSettings
-from rail_fem.studies.harness import spent
+from rail_fem.studies.harness import least, spent
 
 START, END = -1.35, 0.75  # [m]
 WHEELS = "P8-worn", "P8", "P8-hollow", "P1"
-ROUNDS = 3
 CORES, STUDY = 2, 2000  # of a design study that the last row is extrapolated to
 LENGTHS = 0.116, 0.6  # transitions of the designs [m]
-
-
-def least(work: Callable[[], Any]) -> float:
-    """The least of ROUNDS [s]."""
-    return min(spent(work)[0] for _ in range(ROUNDS))
 
 
 def case_with(path: Path, wheel: str, spacing: str = "2.5 mm", **crossing: Any) -> Case:
@@ -49,10 +43,10 @@ def rows_of(path: Path, designs: int) -> Iterator[list[str]]:
         run(case)
     for spacing in (5e-3, 2.5e-3):
         x = np.arange(START, END, spacing)
-        paths = [least(partial(rigid_path, case.scene, x)) for case in cases.values()]
+        paths = [least(partial(rigid_path, case.scene, x))[0] for case in cases.values()]
         words = f"rigid path, {len(x)} positions every {1e3 * spacing:g} mm, surfaces kept"
         yield [words, f"{1e3 * np.mean(paths):.0f}", f"a wheel; at most {1e3 * max(paths):.0f}"]
-    kept = [least(partial(run, case)) for case in cases.values()]
+    kept = [least(partial(run, case))[0] for case in cases.values()]
     yield ["pass by rigid_hertz, contacts kept (another speed or foundation)", f"{1e3 * np.mean(kept):.0f}", "a wheel"]
     for gap in ("5 mm", "2.5 mm"):
         anew = []

@@ -33,7 +33,7 @@ from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone
 from rail_fem.static_fe.solid_contact import finite_patch
-from rail_fem.studies.harness import OUT, QUICK, spent
+from rail_fem.studies.harness import OUT, QUICK, least, spent
 
 LOAD, FRICTION, RADII = 1e5, 0.3, (0.46, 0.30)
 CREEPAGE = Creepage(1e-3, 5e-4, 0.3)
@@ -68,11 +68,7 @@ def solve_normal(cells: int) -> Patch:
 def least_seconds(action: Callable[[], Any], budget: float = 1.0) -> tuple[float, Any]:
     """Least processor time of repeated runs within a budget [s], after one that warms up; and the last result."""
     action()
-    times: list[float] = []
-    while sum(times) < budget:
-        seconds, result = spent(action)
-        times.append(seconds)
-    return min(times), result
+    return least(action, 1, budget)
 
 
 class SpeedRow(NamedTuple):

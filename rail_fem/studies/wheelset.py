@@ -24,7 +24,7 @@ from rail_fem.contact.load_sharing import LoadedWheelset, static_equilibrium
 from rail_fem.files.atomic import write_text_atomically
 from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
-from rail_fem.studies.harness import OUT, QUICK, spent
+from rail_fem.studies.harness import OUT, QUICK, least
 
 MM = 1e-3
 AXLE_LOAD = 98.15e3  # thesis Table 3-1 [N]
@@ -100,11 +100,10 @@ def answers(search: SurfaceSearch, states: np.ndarray, repeats: int) -> tuple[np
     several rounds."""
     solve = lambda s: static_equilibrium(search.at(s[0]), (s[3], s[4]), s[1], s[2])
     solve(states[0])
-    rounds = [spent(lambda: [solve(s) for s in states]) for _ in range(repeats)]
-    found, least = rounds[-1][1], min(seconds for seconds, _ in rounds) / len(states)
+    seconds, found = least(lambda: [solve(s) for s in states], repeats)
     place = lambda side: side.normal_force @ side.contacts.position / side.normal_force.sum()
     mean = lambda side: np.concatenate([place(side), side.force.sum(axis=0)])
-    return np.array([[mean(getattr(f, side)) for side in SIDES] for f in found]), least
+    return np.array([[mean(getattr(f, side)) for side in SIDES] for f in found]), seconds / len(states)
 
 
 def main(

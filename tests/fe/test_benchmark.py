@@ -45,11 +45,6 @@ def test_timed_elements_are_in_the_state_that_the_table_names(flowing, share):
     assert flowed == share and rate > 0
 
 
-def test_timed_contact_pairs_are_all_active():
-    cost = kernels.contact_cost(8, QUICK)
-    assert cost.pairs == cost.active > 2 * 6**2 and cost.forces > 0 and cost.search > 0
-
-
 def test_fastest_repeat_counts(monkeypatch):
     """A clock of our own: a trial call takes 1 s, so `shortest` 2 s asks for 2 calls a repeat, and repeats take 6, 2
     and 4 s."""
@@ -115,7 +110,7 @@ def test_the_table_has_a_row_for_each_kernel_and_the_limits_of_ours():
     table = kernels.kernel_table(QUICK)
     assert len(table.rows) == 8 and all(len(row) == len(table.head) for row in table.rows)
     assert [row[2] != "-" for row in table.rows] == [True, False, True, True, True, False, False, False]
-    assert "million pairs/s" in table.title and all(row[1] > 0 for row in table.rows)
+    assert all(row[1] > 0 for row in table.rows)
 
 
 def step(*stretches):
