@@ -8,10 +8,9 @@ of m load patterns on the boundary, the boundary elements give
 
 By Betti's law D and C are symmetric and the second L is the transpose of the first, so the strain energy is
 (phi u + t q) / 2, never negative. The discrete D of a collocation method is symmetric only up to its error, and the
-power balance of any scheme in time then leaks; taken as the mean of itself and its transpose it is as accurate and
-keeps the balance (`symmetric`). `collocated` leaves the means over cells away and takes the displacement at their
-centres, and keeps D as it comes: the cells as the thesis prints them, section 6.3.1, with the sign of the inertia
-force corrected.
+power balance of any scheme in time then leaks (the cells as the thesis prints them, section 6.3.1, have the
+displacement at their centres and D as it comes); taken as the mean of itself and its transpose it is as accurate and
+keeps the balance.
 """
 
 from __future__ import annotations
@@ -22,7 +21,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
 from scipy.linalg import LinAlgError, cho_factor, eigh
 
 from bem.checks import refuse_unless_positive
@@ -82,9 +80,7 @@ class DynamicBody:
     x then all y
     """
 
-    def __init__(
-        self, solid: Inertial, patterns: np.ndarray, collocated: bool = False, memory_limit: float = MEMORY_LIMIT
-    ) -> None:
+    def __init__(self, solid: Inertial, patterns: np.ndarray, memory_limit: float = MEMORY_LIMIT) -> None:
         """patterns : (2n, m) forces on the boundary's cells, all x then all y [N/m per unit].
 
         Raises DynamicsError for a body without a held edge, TooLargeError beyond `memory_limit` [bytes].
@@ -100,25 +96,21 @@ class DynamicBody:
                 " allowed: take larger cells away from the loads"
             )
         self.mesh, self.cells, self.material, self.density = mesh, cells, body.material, density
-        self.symmetric = not collocated
         self.static = CondensedBody(body, mesh, memory_limit)
         self.static.condense(patterns)
         self._densities, self._shift = self.static.problem.solve(
             -cell_tractions(mesh, cells, body.material), -displacement_of_cells(mesh.middles, cells, body.material)
         )
         self.compliance = patterns.T @ self.static.displacement(mesh.middles, np.arange(mesh.densities))
-        flexibility, layers = self._fields_in_cells(collocated)
+        flexibility, layers = self._fields_in_cells()
         flexibility += layers @ self._densities + np.repeat(self._shift, len(cells), axis=0)
         reach = layers @ self.static.density + np.repeat(self.static.shift, len(cells), axis=0)
-        if not collocated:
-            flexibility = (flexibility + flexibility.T) / 2
-            self.compliance = (self.compliance + self.compliance.T) / 2
-            # two ways to the same numbers, by Betti's law; each alone leaves the whole less than positive
-            reach = (reach + self._middles_under_cells().T @ patterns) / 2
-        self.flexibility, self.reach = flexibility, reach
+        self.flexibility = (flexibility + flexibility.T) / 2
+        self.compliance = (self.compliance + self.compliance.T) / 2
+        # two ways to the same numbers, by Betti's law; each alone leaves the whole less than positive
+        self.reach = (reach + self._middles_under_cells().T @ patterns) / 2
         self.mass = np.tile(density * cells.area, 2)
-        if not collocated:
-            self._make_positive()
+        self._make_positive()
         self._memo: dict = {}
 
     def _make_positive(self) -> None:
@@ -141,17 +133,15 @@ class DynamicBody:
                 stacklevel=3,
             )
 
-    def _fields_in_cells(self, collocated: bool) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement of the cells, means or at their centres, in the infinite plane: of unit forces on the cells (2N,
-        2N), and of the boundary's densities (2N, 2n)."""
-        cells, material = self.cells, self.material
-        points = cells.centre if collocated else cells.points
-        mean = sparse.identity(len(cells), format="csc") if collocated else cells.averaging.tocsc()
-        n = len(cells)
+    def _fields_in_cells(self) -> tuple[np.ndarray, np.ndarray]:
+        """Mean displacement of the cells in the infinite plane: of unit forces on the cells (2N, 2N), and of the
+        boundary's densities (2N, 2n)."""
+        cells, material, n = self.cells, self.material, len(self.cells)
+        mean = cells.averaging.tocsc()
         own = np.zeros((2 * n, 2 * n))
         layers = np.zeros((2 * n, 2 * self.mesh.densities))
-        for a in range(0, len(points), _ROWS):
-            part = points[a : a + _ROWS]
+        for a in range(0, len(cells.points), _ROWS):
+            part = cells.points[a : a + _ROWS]
             share, m = mean[:, a : a + _ROWS], len(part)
             for out, moved in (
                 (own, displacement_of_cells(part, cells, material)),
@@ -175,11 +165,8 @@ class DynamicBody:
 
     @cached_property
     def inverse_frequencies(self) -> np.ndarray:
-        """1 / omega^2 (2N,) [s^2] of the body with its cells, the slowest first; complex where D is not symmetric."""
-        if self.symmetric:
-            return eigh(self.scaled_flexibility, eigvals_only=True)[::-1]
-        values = np.linalg.eigvals(self.scaled_flexibility)
-        return values[np.argsort(-values.real)]
+        """1 / omega^2 (2N,) [s^2] of the body with its cells, the slowest first."""
+        return eigh(self.scaled_flexibility, eigvals_only=True)[::-1]
 
     def solution(self, forces: np.ndarray, amplitude: np.ndarray) -> BoundarySolution:
         """Field under forces (2N,) on the cells and amplitudes (m,) of the patterns, for bem.plane.internal; what it

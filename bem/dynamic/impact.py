@@ -262,10 +262,8 @@ class Carriage:
 
     def __init__(self, striker: Striker, scheme: Scheme, step: float) -> None:
         self.striker, self.scheme, self.step = striker, scheme, step
-        s, h = scheme, step
-        self.mobility = 0.0  # position per force at a step's end [m^2/N]
-        if striker.mass is not None:
-            self.mobility = h**2 * s.after_u * (1 - s.alpha_f) / ((1 - s.alpha_m) * striker.mass)
+        # position per force at a step's end [m^2/N]
+        self.mobility = 0.0 if striker.mass is None else scheme.flexibility(step) / striker.mass
 
     def begin(self) -> StrikerMotion:
         """The striker at the start, before it touches."""
@@ -276,23 +274,19 @@ class Carriage:
 
     def predicted(self, at: StrikerMotion, time: float) -> float:
         """Position at the end of a step in which no contact force acts at its end."""
-        s, h, striker = self.scheme, self.step, self.striker
-        if striker.path is not None:
-            return float(striker.path(time))
-        known = (s.alpha_f * at.force + (1 - s.alpha_f) * striker.load) / moved_mass(striker) - s.alpha_m * at.a
-        return at.x + h * at.v + h**2 * (s.before_u * at.a + s.after_u / (1 - s.alpha_m) * known)
+        if self.striker.path is not None:
+            return float(self.striker.path(time))
+        return self._moved(at, self.striker.load)[0]
 
     def moved(self, at: StrikerMotion, ahead: float, pushed: float) -> StrikerMotion:
         """After a step at whose end the contact pushes with a force [N/m]; ahead : as predicted."""
-        s, h, striker = self.scheme, self.step, self.striker
-        if striker.path is not None:
-            return StrikerMotion(ahead, (ahead - at.x) / h, at.a, at.force)
-        force = pushed + striker.load
-        a = (((1 - s.alpha_f) * force + s.alpha_f * at.force) / moved_mass(striker) - s.alpha_m * at.a) / (
-            1 - s.alpha_m
-        )
-        x = at.x + h * at.v + h**2 * (s.before_u * at.a + s.after_u * a)
-        return StrikerMotion(x, at.v + h * (s.before_v * at.a + s.after_v * a), a, force)
+        if self.striker.path is not None:
+            return StrikerMotion(ahead, (ahead - at.x) / self.step, at.a, at.force)
+        force = pushed + self.striker.load
+        return StrikerMotion(*self._moved(at, force), force)
+
+    def _moved(self, at: StrikerMotion, after: float) -> tuple[float, float, float]:
+        return self.scheme.moved(self.step, moved_mass(self.striker), at.x, at.v, at.a, at.force, after)
 
     def work(self, mean: float, moved: float) -> float:
         """Of its load, or of what guides it along its path against a mean contact force [N/m], over a way [m]."""

@@ -2,10 +2,10 @@
 
 With u1 = predicted + h^2 after_u a1 and the balance of schemes.py, the flexibility equation u1 = D phi1 + L t1 becomes
 
-    (D + k M^-1) phi1 = u* - L t1,        k = h^2 after_u (1 - alpha_f) / (1 - alpha_m)
+    (D + k M^-1) phi1 = u* - L t1,        k = Scheme.flexibility(h)
 
-where u* is what the step before gives. So each step is one solution with a constant matrix, symmetric and positive
-where D is, and the loads see the body through its dynamic compliance C - L' (D + k M^-1)^-1 L.
+where u* is where a step without phi1 would end. So each step is one solution with a constant matrix, symmetric and
+positive as D is, and the loads see the body through its dynamic compliance C - L' (D + k M^-1)^-1 L.
 """
 
 import warnings
@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_factor, cho_solve, lu_factor, lu_solve
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from bem.checks import refuse_unless_positive
 from bem.dynamic.body import DynamicBody, DynamicsError
@@ -22,10 +22,6 @@ from bem.dynamic.schemes import TRAPEZOIDAL, Scheme
 
 class StepWarning(UserWarning):
     """A step so long that what it shows is no wave."""
-
-
-class InstabilityError(ArithmeticError):
-    """A motion that grew without bound."""
 
 
 @dataclass(frozen=True)
@@ -75,33 +71,28 @@ class March:
         check_step(body, step)
         self.body, self.step, self.scheme = body, step, scheme
         self.force = np.zeros(len(body.mass)) if force is None else force
-        self._k = step**2 * scheme.after_u * (1 - scheme.alpha_f) / (1 - scheme.alpha_m)
         self._root = np.sqrt(body.mass)
-        matrix = body.scaled_flexibility
-        matrix[np.diag_indices_from(matrix)] += self._k
-        self._factors = self._factorise(matrix)
+        self._factors = self._factorise()
         self._answer = self._solve(body.reach)
-        self.compliance = body.compliance - body.reach.T @ self._answer
-        if body.symmetric:
-            self.compliance = (self.compliance + self.compliance.T) / 2
+        compliance = body.compliance - body.reach.T @ self._answer
+        self.compliance = (compliance + compliance.T) / 2
 
-    def _factorise(self, matrix: np.ndarray):
-        if not self.body.symmetric:
-            return lu_factor(matrix, overwrite_a=True, check_finite=False)
+    def _factorise(self):
+        matrix, more = self.body.scaled_flexibility, self.scheme.flexibility(self.step)
+        matrix[np.diag_indices_from(matrix)] += more
         try:
             return cho_factor(matrix, overwrite_a=True, check_finite=False)
         except LinAlgError:
             lowest = self.body.inverse_frequencies[-1]
             raise DynamicsError(
                 f"the flexibility's lowest eigenvalue is {lowest:.3g} s^2 and a step of {self.step:.3g} s adds only"
-                f" {self._k:.3g}: refine the boundary mesh to the cells' size, or take a longer step"
+                f" {more:.3g}: refine the boundary mesh to the cells' size, or take a longer step"
             ) from None
 
     def _solve(self, right: np.ndarray) -> np.ndarray:
         """(D + k / M)^-1 times right (2N, ...)."""
         root = self._root if right.ndim == 1 else self._root[:, None]
-        solve = cho_solve if self.body.symmetric else lu_solve
-        return root * solve(self._factors, root * right, check_finite=False)
+        return root * cho_solve(self._factors, root * right, check_finite=False)
 
     def start(self) -> State:
         """At rest in static equilibrium with the constant force."""
@@ -112,25 +103,21 @@ class March:
 
     def free(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Elastic force (2N,) and displacement (m,) of the patterns after a step in which no pattern acts."""
-        s, h, body = self.scheme, self.step, self.body
-        known = (self.force - s.alpha_f * state.phi) / body.mass - s.alpha_m * state.a
-        star = state.u + h * state.v + h**2 * (s.before_u * state.a + s.after_u / (1 - s.alpha_m) * known)
-        phi = self._solve(star)
-        return phi, body.reach.T @ phi
+        phi = self._solve(self._moved(state, self.force)[0])
+        return phi, self.body.reach.T @ phi
+
+    def _moved(self, state: State, after: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """u, v and a after a step at whose end the force (2N,) acts on the cells."""
+        before = self.force - state.phi
+        return self.scheme.moved(self.step, self.body.mass, state.u, state.v, state.a, before, after)
 
     def advance(self, state: State, amplitude: np.ndarray, free: tuple[np.ndarray, np.ndarray] | None = None) -> State:
         """The state after a step at whose end the patterns have the amplitude (m,); `free`, where known, of this
         state."""
-        s, h, body = self.scheme, self.step, self.body
         phi, q = self.free(state) if free is None else free
         phi = phi - self._answer @ amplitude
-        q = q + self.compliance @ amplitude
-        a = ((self.force - (1 - s.alpha_f) * phi - s.alpha_f * state.phi) / body.mass - s.alpha_m * state.a) / (
-            1 - s.alpha_m
-        )
-        u = state.u + h * state.v + h**2 * (s.before_u * state.a + s.after_u * a)
-        v = state.v + h * (s.before_v * state.a + s.after_v * a)
-        return State(state.time + h, u, v, a, phi, amplitude, q)
+        moved = self._moved(state, self.force - phi)
+        return State(state.time + self.step, *moved, phi, amplitude, q + self.compliance @ amplitude)
 
     def energy(self, state: State, before: tuple[State, Energy] | None = None) -> Energy:
         """Energies of a state; work since the state before it by the trapezoidal rule of loads over displacements."""
@@ -146,12 +133,11 @@ class March:
 @dataclass(frozen=True)
 class History:
     """Of k + 1 instants: time (k+1,) [s], displacement q (k+1, m) of the patterns [m], energies (k+1, 3) kinetic,
-    strain, work [J/m]; the last state."""
+    strain, work [J/m]."""
 
     time: np.ndarray
     q: np.ndarray
     energy: np.ndarray
-    last: State
 
     @property
     def imbalance(self) -> np.ndarray:
@@ -160,31 +146,18 @@ class History:
         return (total - self.energy[:, 2]) / np.maximum(np.maximum.accumulate(total), 1e-300)
 
 
-def respond(march: March, load: Callable[[float], np.ndarray], steps: int, state: State | None = None) -> History:
-    """March under loads: time [s] -> amplitudes (m,) of the patterns.
-
-    Raises InstabilityError when the motion is no longer finite.
-    """
+def respond(march: March, load: Callable[[float], np.ndarray], steps: int) -> History:
+    """March under loads: time [s] -> amplitudes (m,) of the patterns."""
     if not isinstance(steps, (int, np.integer)) or steps < 1:
         raise DynamicsError(f"steps = {steps!r}: must be a positive whole number")
-    state = march.start() if state is None else state
-    energy = march.energy(state)
-    states, energies = [state], [energy]
+    states = [march.start()]
+    energies = [march.energy(states[0])]
     for _ in range(steps):
-        following = march.advance(state, np.atleast_1d(np.asarray(load(state.time + march.step), float)))
-        with np.errstate(over="ignore", invalid="ignore"):
-            energy = march.energy(following, (state, energy))
-        if not np.isfinite(energy.kinetic + energy.strain):
-            raise InstabilityError(
-                f"the motion grew beyond all numbers at {following.time:.4g} s, step {len(states)} of {steps}: take the"
-                " symmetric flexibility, or a scheme with dissipation"
-            )
-        state = following
-        states.append(state)
-        energies.append(energy)
+        state = states[-1]
+        states.append(march.advance(state, np.atleast_1d(np.asarray(load(state.time + march.step), float))))
+        energies.append(march.energy(states[-1], (state, energies[-1])))
     return History(
         np.array([s.time for s in states]),
         np.array([s.q for s in states]),
         np.array([[e.kinetic, e.strain, e.work] for e in energies]),
-        state,
     )

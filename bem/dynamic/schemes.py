@@ -8,8 +8,13 @@ Appl. Mech. 60 (1993) 371 (from memory; its limits are tests: alpha = 1/2 and no
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
 
 from bem.checks import refuse_unless_finite
+
+Motion = TypeVar("Motion", float, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -23,6 +28,19 @@ class Scheme:
     after_v: float
     alpha_m: float = 0.0
     alpha_f: float = 0.0
+
+    def flexibility(self, step: float) -> float:
+        """Displacement at a step's end per force over mass there [s^2]."""
+        return step**2 * self.after_u * (1 - self.alpha_f) / (1 - self.alpha_m)
+
+    def moved(
+        self, step: float, mass: Motion, u: Motion, v: Motion, a: Motion, force: Motion, after: Motion
+    ) -> tuple[Motion, Motion, Motion]:
+        """Displacement, velocity and acceleration of a mass after a step; force, after : all that acts on it at the
+        step's beginning and at its end."""
+        new = (((1 - self.alpha_f) * after + self.alpha_f * force) / mass - self.alpha_m * a) / (1 - self.alpha_m)
+        there = u + step * v + step**2 * (self.before_u * a + self.after_u * new)
+        return there, v + step * (self.before_v * a + self.after_v * new), new
 
 
 BACKWARD_EULER = Scheme("backward Euler", 0.0, 1.0, 0.0, 1.0)

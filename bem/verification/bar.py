@@ -39,13 +39,13 @@ def edge_pattern(mesh, name: str, traction: tuple[float, float]) -> np.ndarray:
     return np.concatenate(parts)[:, None]
 
 
-def bar(cells: int, collocated: bool = False, boundary: float = 1.0, height: float = HEIGHT) -> DynamicBody:
+def bar(cells: int, boundary: float = 1.0, height: float = HEIGHT) -> DynamicBody:
     """The bar with so many cells over its height [m], boundary elements `boundary` times their side; its one pattern is
     a unit pull."""
     outline, size = box(LENGTH, height), height / cells
     mesh = mesh_outline(outline, Sizing(size * boundary))
     solid = Inertial(Body(outline, MATERIAL), mesh, fill_with_cells(mesh, Sizing(size)), 1.0)
-    return DynamicBody(solid, edge_pattern(mesh, "face", (1.0, 0.0)), collocated)
+    return DynamicBody(solid, edge_pattern(mesh, "face", (1.0, 0.0)))
 
 
 def tip_displacement(time: np.ndarray, impulse: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:

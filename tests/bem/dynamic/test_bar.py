@@ -108,15 +108,6 @@ def test_generalised_alpha_has_the_dissipation_asked_for(radius):
     assert spectral_radius(scheme, np.logspace(-4, 6, 60)).max() < 1 + 1e-9
 
 
-def test_collocated_cells_are_not_symmetric_and_the_means_are_nearly_so():
-    """Why the printed method keeps no energy: the work that one cell's force does on another is not returned."""
-    body = bar(4, collocated=True)
-    skew = np.abs(body.flexibility - body.flexibility.T).max() / np.abs(body.flexibility).max()
-    assert skew > 1e-4
-    history = respond(March(body, HEIGHT / 8), lambda t: [1.0], 300)
-    assert np.abs(history.imbalance).max() > 1e-4
-
-
 def test_a_step_in_which_a_wave_crosses_the_body_is_warned_of(bars):
     with pytest.warns(StepWarning, match="travels 500 mm in it, 2 of the body"):
         March(bars[2], 0.5)
