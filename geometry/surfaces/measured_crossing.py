@@ -238,6 +238,11 @@ def _check_datum(sections: SectionCrossing) -> None:
             f" {np.ptp(first.z) / MM:.1f} mm: does z point up? Change the sign of z where it points down"
         )
     aside, up = first.face - expected, float(first.z.max())
+    if abs(up) > HEIGHT_ERROR:  # first: a face is placed below rail level
+        raise CrossingError(
+            f"section at x = {sections.x[0]:g} m: its top lies {up / MM:+.2f} mm from rail level: give"
+            f' height = "{-up / MM:.2f} mm"'
+        )
     if abs(aside) > SIDE_ERROR:
         raise CrossingError(
             f"section at x = {sections.x[0]:g} m: its gauge face stands at y = {first.face / MM:.2f} mm,"
@@ -245,11 +250,6 @@ def _check_datum(sections: SectionCrossing) -> None:
             f' the field side of the wing): give lateral = "{-aside / MM:.2f} mm", or mirror = true where y runs the'
             " other way; of a file that begins behind the plain rail, where the wing has left the gauge line, put a"
             " section of the plain rail first"
-        )
-    if abs(up) > HEIGHT_ERROR:
-        raise CrossingError(
-            f"section at x = {sections.x[0]:g} m: its top lies {up / MM:+.2f} mm from rail level: give"
-            f' height = "{-up / MM:.2f} mm"'
         )
 
 

@@ -83,7 +83,7 @@ def split(points: np.ndarray, x: float) -> tuple[SectionBody | None, SectionBody
     if not found:
         raise ProfileError(
             f"section at x = {x:g} m: nothing is wider than {NARROWEST * 1e3:g} mm within {FLOOR * 1e3:g} mm of rail"
-            " level: is its vertical axis up?"
+            f" level, its highest point lies at z = {z.max() * 1e3:.2f} mm: is its vertical axis up, and height right?"
         )
     return found[-1], (found[-2] if len(found) > 1 else None)
 

@@ -72,13 +72,14 @@ def test_the_one_body_that_is_left_behind_the_wing_is_the_nose(cast, sections):
         (lambda x, s: (x, [moved(p, True, 0, 0) for p in s]), "mirror = true"),
         (lambda x, s: (x, [p + [5 * MM, 0] for p in s]), 'give lateral = "-5.01 mm"'),
         (lambda x, s: (x, [p + [0, 30 * MM] for p in s]), 'give height = "-30.00 mm"'),
+        (lambda x, s: (x, [p - [0, 10 * MM] for p in s]), 'give height = "10.00 mm"'),
         (lambda x, s: (x, [p * (1 if k < 40 else 0.1) for k, p in enumerate(s)]), "jumps by .* one unit"),
         (lambda x, s: (x, [p if k != 40 else moved(p, True, 0, 0) for k, p in enumerate(s)]), "jumps by|lacks"),
         (lambda x, s: (x, [p if k != 50 else p[p[:, 0] > 20 * MM] for k, p in enumerate(s)]), "lacks the nose"),
         (lambda x, s: (x[[1, 0, *range(2, len(x))]], s), "does not lie beyond"),
         (lambda x, s: (x[:3], s[:3]), "needs at least 4"),
         (lambda x, s: (x, s[:-1]), "give one station to each"),
-        (lambda x, s: (x, [p - [0, 0.1] for p in s]), "is its vertical axis up"),
+        (lambda x, s: (x, [p - [0, 0.1] for p in s]), "lies at z = -100.00 mm: is its vertical axis up"),
     ],
 )
 def test_sections_that_are_no_crossing_are_refused_with_the_place(sections, harm, complaint):
