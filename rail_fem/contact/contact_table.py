@@ -129,8 +129,8 @@ def _hermite(at: np.ndarray, x: np.ndarray, height: np.ndarray, slope: np.ndarra
 
 
 class TableKey(NamedTuple):
-    """All that a table depends on. steels : Young's modulus [Pa] and Poisson's ratio of wing, nose and wheel;  datum :
-    y of the wheel's tread datum [m]"""
+    """All that a table depends on. steels : of wing, nose and wheel;  datum : y of the wheel's tread
+    datum [m]"""
 
     crossing: AnyCrossing
     wheel: Profile
@@ -139,13 +139,13 @@ class TableKey(NamedTuple):
     low: float
     high: float
     spacing: float
-    steels: tuple[tuple[float, float], ...]
+    steels: tuple[Elastic, ...]
     load: float
 
 
 def table_key(scene: Scene, start: float, end: float, spacing: float, shift: float = 0.0) -> TableKey:
     """What the table of a scene depends on; arguments as of contact_table."""
-    steels = tuple((s.youngs_modulus, s.poisson) for s in scene.materials.steels())
+    steels = tuple(steel.elastic for steel in scene.materials.steels())
     (low, high), wheel, datum = sorted((start, end)), scene.wheel, scene.wheel_datum_y + shift
     rolls = scene.crossing.surface, wheel.shape, wheel.radius, datum
     return TableKey(*rolls, low, high, spacing, steels, scene.static_wheel_load)
@@ -186,7 +186,7 @@ def fresh_table(key: TableKey, within: float = np.inf) -> ContactTable:
 
 def _tabled(key: TableKey, path: WheelPath, search_time: float) -> ContactTable:
     started = working_time()
-    wing, nose, own = (Elastic(*steel) for steel in key.steels)
+    wing, nose, own = key.steels
     moduli = contact_modulus(wing, own), contact_modulus(nose, own)
     points, gaps = np.stack([path.wing_point, path.nose_point]), np.stack([path.wing_gap, path.nose_gap])
     other_gaps, others = (

@@ -16,7 +16,6 @@ import numpy as np
 
 from bem.halfspace.rolled_ellipses import RolledEllipses, rolled_ellipses
 from bem.halfspace.slip_dependent_friction import SlipDependentFriction
-from bem.material import Elastic
 from geometry.surfaces.bodies import BODIES
 from rail_fem.contact.contact_table import ContactTable, contact_table, patch_sizes
 from rail_fem.damage.deposit import Footprints, ReachedLines, deposit, deposit_reached
@@ -136,8 +135,7 @@ def _of_body(
     normal = force[carries] / np.cos(angle)
     sizes = patch_sizes(normal, table.radii[b, carries], table.modulus[b])
     large = np.sqrt(np.maximum(normal / (np.pi * sizes.prod(axis=1)) / options.hardness, 1.0))
-    steels = (scene.materials.wheel.steel(), getattr(scene.materials, BODIES[b]).steel())
-    wheel, rail = (Elastic(steel.youngs_modulus, steel.poisson) for steel in steels)
+    wheel, rail = scene.materials.wheel.steel().elastic, getattr(scene.materials, BODIES[b]).steel().elastic
     semi = no_more_slender(large[:, None] * sizes)
     if options.conformal:
         creepage, strips = strip_creepages(scene, table, b, carries, semi[:, 1], options.cells)

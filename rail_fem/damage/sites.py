@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from bem.halfspace.slip_dependent_friction import SlipDependentFriction
-from bem.material import Elastic
 from bem.patch import Patch
 from geometry.surfaces.switch import Switch
 from rail_fem.case.variations import field_of
@@ -157,8 +156,7 @@ def switch_section(scene: Scene, settings: DamageSettings) -> Section:
     site, passings = settings.switch, []
     positions, shares = sine_positions(site.lateral, site.amplitude, site.positions)
     for own, weight in wheels_of(scene, settings):
-        steels = (own.materials.wheel.steel(), own.materials.nose.steel())
-        elastic = [Elastic(steel.youngs_modulus, steel.poisson) for steel in steels]
+        elastic = own.materials.wheel.steel().elastic, own.materials.nose.steel().elastic
         rolling = Rolling(
             own.speed, friction_of(own, settings, own.speed), settings.initial_slope, settings.cells, *elastic
         )

@@ -17,7 +17,6 @@ from pathlib import Path
 
 import numpy as np
 
-from bem.material import Elastic
 from bem.patch import Patch, PatchCutError
 from geometry.surfaces.bodies import BODIES
 from kernel_cache import working_time
@@ -85,8 +84,8 @@ def pair_of(key: TableKey, table: ContactTable, body: int, index: int, x: float 
         (x, key.datum),
         point,
         key.radius,
-        wheel_steel=Elastic(*key.steels[2]),
-        rail_steel=Elastic(*key.steels[body]),
+        wheel_steel=key.steels[2],
+        rail_steel=key.steels[body],
         label=BODIES[body],
     )
 

@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 
 from bem.cycle_jumps import CELL_ERROR, LEAST_FLOW, verdict_words
-from bem.material import Elastic
 from bem.plastic.contact import LARGE_STRAIN, pressure_warnings
 from bem.plastic.influence import Cells
 from bem.steel.hardening import Hardening, YieldLaw
@@ -214,9 +213,8 @@ def flow_of(
     wheels: Wheels = Wheels(),
 ) -> Flow:
     """Plastic flow of one body (0 wing, 1 nose) of that steel, with cells of `side` [m] across and in depth."""
-    elastic = Elastic(*key.steels[2]), Elastic(*key.steels[body])
     cell, hardening = (settings.cell_aspect * side, side), hardening_of(steel, settings.kinematic)
-    return roll_along(stations, elastic, hardening, cell, settings.agreement, report, wheels)
+    return roll_along(stations, (key.steels[2], key.steels[body]), hardening, cell, settings.agreement, report, wheels)
 
 
 def _reporter(progress, stations: int, duration: float) -> Callable[[float], None]:

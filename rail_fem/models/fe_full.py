@@ -15,7 +15,6 @@ from typing import cast
 import numpy as np
 from mpi4py import MPI
 
-from bem.material import Elastic
 from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.quality import MeshQuality, mesh_quality
 from geometry.meshing.wheel import WheelMeshSpec
@@ -198,9 +197,8 @@ def wheel_behind(scene: Scene, settings: FeSettings) -> Condensed | None:
     if settings.mesh:
         raise ValueError("scene.wheel_body: a wheel from a mesh file ends where it is held: leave the body out")
     steel = scene.materials.wheel.steel()
-    elastic = Elastic(steel.youngs_modulus, steel.poisson)
     sector = settings.wheel_depth, WheelMeshSpec.half_angle
-    make = partial(condensed_wheel, body, scene.wheel.radius, *sector, elastic, steel.density, HIGHEST_MODE)
+    make = partial(condensed_wheel, body, scene.wheel.radius, *sector, steel.elastic, steel.density, HIGHEST_MODE)
     return on_root(partial(kept, make, Condensed))
 
 
@@ -213,8 +211,8 @@ def casting_below(scene: Scene, settings: FeSettings, mesh: HexMesh | None) -> C
     def make() -> CondensedBlock:
         regions = tuple(int(body) for body in CROSSING if (cast(HexMesh, mesh).region == body).any())
         prints = tuple(footprint(cast(HexMesh, mesh), body) for body in regions)
-        ends, elastic = (-settings.rail_depth, -foot), Elastic(steel.youngs_modulus, steel.poisson)
-        return kept(partial(casting_block, prints, regions, *ends, elastic, steel.density), CondensedBlock)
+        ends = -settings.rail_depth, -foot
+        return kept(partial(casting_block, prints, regions, *ends, steel.elastic, steel.density), CondensedBlock)
 
     return on_root(make)
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bem.material import MaterialError, first_loading, refuse_yield_curve
+from bem.material import Elastic, MaterialError, first_loading, refuse_yield_curve
 from bem.steel.cyclic_law import CyclicLaw, cyclic_law
 
 # plastic strains at which the curve of a cyclic law is tabulated
@@ -68,19 +68,14 @@ class Steel:
         return self.hardening_strain.size == 0
 
     @property
-    def shear_modulus(self) -> float:
-        """G [Pa]."""
-        return self.youngs_modulus / (2 * (1 + self.poisson))
-
-    @property
-    def bulk_modulus(self) -> float:
-        """K [Pa]."""
-        return self.youngs_modulus / (3 * (1 - 2 * self.poisson))
+    def elastic(self) -> Elastic:
+        """Its elastic constants."""
+        return Elastic(self.youngs_modulus, self.poisson)
 
     @property
     def wave_speed(self) -> float:
         """Speed of the dilatational wave, sqrt((K + 4/3 G) / rho) [m/s]."""
-        return float(np.sqrt((self.bulk_modulus + 4 / 3 * self.shear_modulus) / self.density))
+        return float(np.sqrt((self.elastic.bulk + 4 / 3 * self.elastic.shear) / self.density))
 
     def yield_stress(self, plastic_strain: np.ndarray) -> np.ndarray:
         """Yield stress [Pa] at the equivalent plastic strain, linear between the points, constant behind the last; inf

@@ -17,7 +17,7 @@ import numpy as np
 import typer
 
 from bem.halfspace.transient_fastsim import EllipseHistory, Rolled, SlipLaw, transient
-from bem.material import Elastic, Pair
+from bem.material import Pair
 from geometry.surfaces.bodies import BODIES
 from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
@@ -114,7 +114,7 @@ def compare(scene: Scene, settings: DamageSettings, window: dict[str, str], step
     found = {}
     for b, body in enumerate(BODIES):
         steels = scene.materials.wheel.steel(), getattr(scene.materials, body).steel()
-        pair = Pair.of(*(Elastic(steel.youngs_modulus, steel.poisson) for steel in steels))
+        pair = Pair.of(*(steel.elastic for steel in steels))
         history, x = history_of(contacts, b, step, int(scene.direction_sign))
         cell = step, ACROSS
         roll = lambda every, **how: moving(history, pair, friction, every * step, law, every, **how)

@@ -26,7 +26,7 @@ def plastic(steel: Steel, yield_stress: float, hardening: float = 0.0) -> Steel:
 
 def lame(steel: Steel) -> tuple[float, float]:
     """Lame's constants lambda and mu [Pa]."""
-    return steel.bulk_modulus - 2 / 3 * steel.shear_modulus, steel.shear_modulus
+    return steel.elastic.bulk - 2 / 3 * steel.elastic.shear, steel.elastic.shear
 
 
 def structure_of(mesh: HexMesh, *steels: Steel, **options) -> Structure:

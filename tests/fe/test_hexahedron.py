@@ -103,7 +103,7 @@ def shear_error(steps, total=1.0):
     start = structure.x.reshape(-1, 3).copy()
     for g in total * np.arange(1, steps + 1) / steps:
         place(structure, start + g * start[:, [1]] * [1.0, 0.0, 0.0], 1e-6)
-        xx, yy, xy = structure.finite.stress()[0, [0, 1, 5]] / STEEL.shear_modulus
+        xx, yy, xy = structure.finite.stress()[0, [0, 1, 5]] / STEEL.elastic.shear
         error = max(error, abs(xy - np.sin(g)), abs(xx - (1 - np.cos(g))), abs(yy + 1 - np.cos(g)))
     return error
 

@@ -93,7 +93,7 @@ def test_cyclic_uniaxial_loading_with_kinematic_hardening_follows_the_closed_for
 def test_plastic_work_in_shear_is_the_area_under_the_curve(rule, plane):
     """Y p + H p^2 / 2 a volume, in shear as in tension, p = (sqrt(3) G g - Y) / (3 G + H) at a shear angle g; the
     steps' ends add 1 / steps of the rise."""
-    yield_stress, shear, angle, steps = 1e5, STEEL.shear_modulus, 2e-5, 200
+    yield_stress, shear, angle, steps = 1e5, STEEL.elastic.shear, 2e-5, 200
     hardening = 3 * shear
     structure = structure_of(
         mesh_box((1.0, 1.0, 1.0), (1, 1, 1)),
@@ -164,7 +164,7 @@ def test_beyond_the_end_of_its_hardening_table_a_bar_flows_at_the_last_stress(st
 
 def corner_error(steps):
     """Sheared to yield, then stretched at constant volume: error of the angle between stress and strain rate."""
-    yield_stress, shear = 1e5, STEEL.shear_modulus
+    yield_stress, shear = 1e5, STEEL.elastic.shear
     structure = structure_of(mesh_box((1.0, 1.0, 1.0), (1, 1, 1)), plastic(STEEL, yield_stress), settings=NO_VISCOSITY)
     start = structure.x.reshape(-1, 3).copy()
     gamma = yield_stress / np.sqrt(3) / shear

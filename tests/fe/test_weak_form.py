@@ -20,7 +20,7 @@ YIELD, HARDENING = 300e6, 2e9
 
 def hourglass_modulus(steel) -> float:
     """As ElementSettings defines it: its fraction of 3.5 shear moduli [Pa]."""
-    return NO_VISCOSITY.hourglass * 3.5 * steel.shear_modulus
+    return NO_VISCOSITY.hourglass * 3.5 * steel.elastic.shear
 
 
 def hooke(strain: np.ndarray) -> np.ndarray:
@@ -196,7 +196,7 @@ class J2ByTensors:
         trial = turn @ (self.stress + half) @ back + half
         pressure = np.trace(trial, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
         von_mises = np.sqrt(1.5 * ((trial - pressure) ** 2).sum(axis=(1, 2)))
-        shear = STEEL.shear_modulus
+        shear = STEEL.elastic.shear
         dp = np.maximum(von_mises - YIELD - HARDENING * self.p, 0) / (3 * shear + HARDENING)
         kept = (1 - 3 * shear * dp / von_mises)[:, None, None]
         hourglass = Hourglass(x, self.cells)
@@ -222,7 +222,7 @@ def test_finite_strain_and_j2_are_those_of_tensors_and_the_weak_form_on_the_defo
 def continuous_j2(structure, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Stress (m, 3, 3) and plastic strain (m,) at the end of the path by the law's differential equations (Jaumann's
     rate, associated flow), each cell elastic until its von Mises stress reaches yield; UFL gives the gradients."""
-    form, eps, shear = WeakForm(structure), 1e-6, STEEL.shear_modulus
+    form, eps, shear = WeakForm(structure), 1e-6, STEEL.elastic.shear
     cells = structure.domain.m_global
 
     def gradient(t):

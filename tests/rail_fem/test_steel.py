@@ -8,7 +8,7 @@ def test_wave_speed_is_that_of_a_plane_dilatational_wave():
     """c_d = sqrt((lambda + 2 mu) / rho); steel of 210 GPa, nu 0.3, 7850 kg/m3: 6001 m/s."""
     steel = Steel(210e9, 0.3, 7850.0)
     lame = steel.youngs_modulus * 0.3 / (1.3 * 0.4)
-    assert steel.wave_speed == pytest.approx(np.sqrt((lame + 2 * steel.shear_modulus) / 7850), rel=1e-14)
+    assert steel.wave_speed == pytest.approx(np.sqrt((lame + 2 * steel.elastic.shear) / 7850), rel=1e-14)
     assert steel.wave_speed == pytest.approx(6001, abs=0.5)
 
 

@@ -6,7 +6,7 @@ rigid masses are not touched: what a mesh gains, its lumped mass gives back (rai
 """
 
 from bem.exact.hertz import PointContact, point_contact
-from bem.material import Elastic, contact_modulus
+from bem.material import contact_modulus
 from rail_fem.scene.scene import Scene
 
 TREAD_RADIUS = 0.330  # transverse radius of an EPS (P8) tread at the datum; the casting's top is a plane there
@@ -26,8 +26,7 @@ SHARE, GAIN = 0.8, 0.25
 def static_patch(scene: Scene) -> PointContact:
     """Hertz patch of the static load on the planar top of the casting; a first guess, before geometry and plastic
     flow."""
-    wheel, wing = scene.materials.wheel.steel(), scene.materials.wing.steel()
-    modulus = contact_modulus(*(Elastic(steel.youngs_modulus, steel.poisson) for steel in (wheel, wing)))
+    modulus = contact_modulus(scene.materials.wheel.steel().elastic, scene.materials.wing.steel().elastic)
     return point_contact(scene.static_wheel_load, scene.wheel.radius, TREAD_RADIUS, modulus)
 
 
