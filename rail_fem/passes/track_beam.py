@@ -111,27 +111,6 @@ class TrackBeam:
         """A BeamBand without a factor, for shapes alone."""
         return BeamBand(self.mass, self.damping, self.stiffness, self.mass, self.x, self.first, self.shear)
 
-    def receptance(self, x: float, frequency: np.ndarray, other: float | None = None) -> np.ndarray:
-        """(f,) complex height at x per harmonic force at `other`, or at x itself [m/N], for frequencies (f,) [Hz]."""
-        from scipy.linalg import solve_banded
-
-        here, there = self.force_at(x), self.force_at(x if other is None else other)
-        found = []
-        for omega in 2 * np.pi * np.asarray(frequency):
-            dynamic = self.stiffness - omega**2 * self.mass + 1j * omega * self.damping
-            found.append(here @ solve_banded((HALF_BAND, HALF_BAND), full_band(dynamic), there.astype(complex)))
-        return np.array(found)
-
-
-def full_band(lower: np.ndarray) -> np.ndarray:
-    """A symmetric band (n, b + 1) as scipy.linalg.solve_banded takes it, (2 b + 1, n)."""
-    n, width = lower.shape
-    out = np.zeros((2 * width - 1, n), lower.dtype)
-    for d in range(width):
-        out[width - 1 + d, : n - d] = lower[: n - d, d]
-        out[width - 1 - d, d:] = lower[: n - d, d]
-    return out
-
 
 @functools.lru_cache(maxsize=16)
 def track_beam(bearers: Bearers, low: float, high: float, element: float, reach: float) -> TrackBeam:

@@ -144,13 +144,9 @@ def without_track(masses: Masses) -> Masses:
     return Masses(*map(cut, masses))
 
 
-def run_pass(
-    scene: Scene, settings: PassSettings, contacts: Contacts, step: float | None = None, pretension: float = 0.0
-) -> LightPass:
+def run_pass(scene: Scene, settings: PassSettings, contacts: Contacts, step: float | None = None) -> LightPass:
     """March from static equilibrium over the window.
 
-    pretension : force [N] that presses wheel and track together beside the load and is part of the contact's force: a
-        linear contact under enough of it moves as one that cannot open
     Errors: ValueError for a step count beyond reason, FloatingPointError.
     """
     step, x = half_steps(scene, settings, step)
@@ -158,12 +154,9 @@ def run_pass(
     if scene.wheel_body is not None:
         from rail_fem.passes.wheel_modes import bent, modes_of, with_modes
 
-        modes = modes_of(scene, settings.wheel_modes)
-        masses = with_modes(masses, scene, modes)
-    if beam is not None and pretension:
-        raise ValueError("pretension: presses the wheel on a track mass, not on bearers: leave one of the two out")
-    masses = masses._replace(load=masses.load - pretension * masses.coupling)
-    position, velocity = static_start(scene, masses, law, step, pretension)
+        modes = modes_of(scene.wheel_body, scene, settings.wheel_modes)
+        masses = with_modes(masses, scene.vehicle, modes, scene.wheel_body.damping_ratio)
+    position, velocity = static_start(scene, masses, law, step)
     on_beam = None
     if beam is not None:
         speed = (x[1] - x[0]) / (step / 2)
@@ -221,11 +214,11 @@ def half_steps(scene: Scene, settings: PassSettings, step: float | None = None) 
     return duration / count, np.linspace(start, end, 2 * count + 1)
 
 
-def static_start(scene: Scene, masses: Masses, law: ContactLaw, step: float, pretension: float = 0.0):
+def static_start(scene: Scene, masses: Masses, law: ContactLaw, step: float):
     """Heights and velocities (n,), (n,) of steady running along the path's first slope under the static load; without
     a track mass those over the beam."""
     load = scene.static_wheel_load
-    distance = static_distance(load + pretension, law)
+    distance = static_distance(load, law)
     track = -load / scene.foundation.stiffness if scene.bearers is None else 0.0
     wheel = distance + track
     sprung = wheel - masses.mass[0] * GRAVITY / scene.vehicle.primary_stiffness

@@ -17,7 +17,7 @@ from scipy.sparse.linalg import eigsh
 from bem.material import Elastic
 from rail_fem.passes.fourier_section import RingSection, grid_section, matrices
 from rail_fem.passes.vertical_dynamics import SPRUNG, WHEEL, Masses
-from rail_fem.scene.scene import GRAVITY, Scene
+from rail_fem.scene.scene import GRAVITY, Scene, Vehicle
 from rail_fem.scene.wheel_body import WheelBody
 
 ELEMENT = 15e-3  # of the section [m]; tests/rail_fem/test_wheel_modes.py measures what that leaves
@@ -170,18 +170,15 @@ def _torsion(section: RingSection, n: int) -> np.ndarray:
     return 3 * np.arange(len(section.points)) + 1 if n == 0 else np.empty(0, int)
 
 
-def modes_of(scene: Scene, highest: float, contact: float = 0.0) -> WheelModes | None:
-    """Of the scene's wheel up to `highest` [Hz]; None where the scene has a rigid wheel. Errors: as wheel_modes."""
-    if scene.wheel_body is None:
-        return None
-    return wheel_modes(scene.wheel_body, *_of_scene(scene), highest, contact)
+def modes_of(body: WheelBody, scene: Scene, highest: float) -> WheelModes:
+    """Of the scene's wheel with that body, up to `highest` [Hz]. Errors: as wheel_modes."""
+    return wheel_modes(body, *_of_scene(scene), highest)
 
 
 def _of_scene(scene: Scene) -> tuple[float, float, Elastic, float]:
     """Radius, unsprung mass, steel and density of its wheel."""
     steel = scene.materials.wheel.steel()
-    elastic = Elastic(steel.youngs_modulus, steel.poisson)
-    return scene.wheel.radius, scene.vehicle.wheel_unsprung_mass, elastic, steel.density
+    return scene.wheel.radius, scene.vehicle.wheel_unsprung_mass, steel.elastic, steel.density
 
 
 def refuse_impossible(body: WheelBody, scene: Scene) -> None:
@@ -190,11 +187,9 @@ def refuse_impossible(body: WheelBody, scene: Scene) -> None:
     weighed(wheel_section(body, radius, 0.0), unsprung, steel, density)
 
 
-def with_modes(masses: Masses, scene: Scene, modes: WheelModes | None) -> Masses:
+def with_modes(masses: Masses, vehicle: Vehicle, modes: WheelModes, damping_ratio: float) -> Masses:
     """The same masses with a mass on a spring for each mode behind them; the suspension holds the axle, which they
-    move, too. Without modes the masses themselves."""
-    if modes is None or scene.wheel_body is None:
-        return masses
+    move, too."""
     count, more = len(masses.mass), len(modes.mass)
     grow = lambda matrix: np.pad(matrix, (0, more))
     axle = np.zeros(count + more)
@@ -202,11 +197,11 @@ def with_modes(masses: Masses, scene: Scene, modes: WheelModes | None) -> Masses
     before = np.where(np.arange(count + more) < count, axle, 0.0)
     coupled = np.outer(axle, axle) - np.outer(before, before)
     own = np.r_[np.zeros(count), modes.stiffness]
-    damping = np.r_[np.zeros(count), 2 * scene.wheel_body.damping_ratio * np.sqrt(modes.stiffness * modes.mass)]
+    damping = np.r_[np.zeros(count), 2 * damping_ratio * np.sqrt(modes.stiffness * modes.mass)]
     return Masses(
         np.r_[masses.mass, modes.mass],
-        grow(masses.stiffness) + scene.vehicle.primary_stiffness * coupled + np.diag(own),
-        grow(masses.damping) + scene.vehicle.primary_damping * coupled + np.diag(damping),
+        grow(masses.stiffness) + vehicle.primary_stiffness * coupled + np.diag(own),
+        grow(masses.damping) + vehicle.primary_damping * coupled + np.diag(damping),
         np.r_[masses.load, np.zeros(more)],
         np.r_[masses.coupling, np.ones(more)],
     )
@@ -226,14 +221,3 @@ def bent(scene: Scene, modes: WheelModes, position: np.ndarray) -> np.ndarray:
     rigid[WHEEL] -= deflection.sum()
     rigid[SPRUNG] += modes.axle @ deflection - deflection.sum()
     return np.r_[rigid, deflection]
-
-
-def receptance(modes: WheelModes | None, unsprung: float, damping: float, frequency: np.ndarray) -> np.ndarray:
-    """(f,) complex height of the contact per harmonic force on it [m/N] of the free half wheelset; of a rigid one
-    without modes."""
-    omega = 2 * np.pi * np.asarray(frequency)
-    found = -1 / (unsprung * omega**2) + 0j
-    if modes is not None:
-        own = 2 * np.pi * modes.frequency[:, None]
-        found = found + (1 / modes.mass[:, None] / (own**2 - omega**2 + 2j * damping * own * omega)).sum(axis=0)
-    return found

@@ -6,6 +6,7 @@ track on that spring, a quarter of a period behind the bend. Here the impact wit
 that cannot open: what wheel and track do against one another then is a small vibration about the formula's motion.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,8 @@ from rail_fem.contact.contact_table import contact_table
 from rail_fem.models import rigid_hertz
 from rail_fem.models.lumped import one_contact
 from rail_fem.passes.p2 import p2_increment
-from rail_fem.passes.vertical_pass import run_pass
+from rail_fem.passes.vertical_dynamics import TRACK, integrate
+from rail_fem.passes.vertical_pass import half_steps, run_pass, scene_masses, static_start
 from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import LumpedSettings, RigidHertzSettings
@@ -109,13 +111,22 @@ def stiff(scene: Scene, opens: bool = False, constant: float = STIFF, spacing: f
     settings = LumpedSettings(start=WINDOW[0], end=WINDOW[1], time_step=2e-6, path_spacing=spacing)
     table, load = contact_table(scene, *settings.window(scene), spacing), scene.static_wheel_load
     stiffness = tangent_stiffness(constant, load)
-    held = 0.0 if opens else ENOUGH * (load + contact_amplitude(scene, stiffness))
-    run = run_pass(scene, settings, one_contact(table, constant, "linear", load), pretension=held)
-    if not opens and not run.force.min() > 0:
+    contacts = one_contact(table, constant, "linear", load)
+    if opens:
+        run = run_pass(scene, settings, contacts)
+        return OnSpring(scene, run.x, run.foundation_force - load)
+    held = ENOUGH * (load + contact_amplitude(scene, stiffness))
+    step, x = half_steps(scene, settings)
+    law, masses = contacts(x), scene_masses(scene)
+    start = static_start(scene, masses, law, step)
+    pressed = masses._replace(load=masses.load - held * masses.coupling)  # wheel and track together, beside the load
+    motion = integrate(pressed, *start, step, replace(law, height=law.height + held / stiffness))
+    if not motion.force.min() > 0:
         raise ArithmeticError(
             f"joint of {1e3 * scene.crossing.dip_angle:g} mrad: a contact that cannot open has opened"
         )
-    return OnSpring(scene, run.x, run.foundation_force - load)
+    height = (motion.position[1:, TRACK] + motion.position[:-1, TRACK]) / 2
+    return OnSpring(scene, x[1::2], -scene.foundation.stiffness * height - load)
 
 
 def contact_amplitude(scene: Scene, stiffness: float) -> float:

@@ -3,6 +3,8 @@ refused."""
 
 import numpy as np
 import pytest
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
 
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.preflight import preflight_errors
@@ -155,13 +157,24 @@ def test_leaps_are_the_march_of_the_light_models():
     assert np.abs(height[part // 2 :: part] - fine.track_height).max() < error + late < 1e-4 * np.abs(height).max()
 
 
+def receptance(beam, x, frequency):
+    """(f,) complex height at x per harmonic force there [m/N]."""
+    load, found = beam.force_at(x), []
+    for omega in 2 * np.pi * frequency:
+        band = beam.stiffness - omega**2 * beam.mass + 1j * omega * beam.damping
+        below = [sparse.diags(band[: len(load) - d, d], -d) for d in range(1, band.shape[1])]
+        dynamic = sparse.diags(band[:, 0]) + sum(lower + lower.T for lower in below)
+        found.append(load @ spsolve(dynamic.tocsc(), load))
+    return np.array(found)
+
+
 def test_receptance_is_that_of_an_endless_beam_on_its_supports():
     """Independent route: Green's function of an endless beam (Euler, Bernoulli) and the reactions of 81 supports."""
     track, frequency = bearers(), np.array([20.0, 80.0, 180.0, 400.0, 700.0, 1000.0])
     beam = track_beam(track, 0.0, 0.0, 0.05, 14.0)
     for at in (0.0, 0.3):
         exact = np.array([endless(track, at, f) for f in frequency])
-        found = beam.receptance(at, frequency)
+        found = receptance(beam, at, frequency)
         assert np.abs(found / exact - 1).max() < 0.01, np.abs(found / exact - 1)
 
 
@@ -191,9 +204,9 @@ def test_the_pinned_pinned_resonance_is_that_of_a_bay_on_two_pins(shear_area):
         a, b, c = turning * mass / shear, -(mass + (turning + mass * bending / shear) * wave**2), bending * wave**4
         exact = np.sqrt((-b - np.sqrt(b * b - 4 * a * c)) / (2 * a)) / (2 * np.pi)
     frequency = exact * np.linspace(0.9, 1.1, 161)
-    size = np.abs(beam.receptance(0.3, frequency))
+    size = np.abs(receptance(beam, 0.3, frequency))
     assert frequency[np.argmax(size)] == pytest.approx(exact, rel=0.01)
-    over_bearer = np.abs(beam.receptance(0.0, np.array([exact])))[0]
+    over_bearer = np.abs(receptance(beam, 0.0, np.array([exact])))[0]
     assert over_bearer < 0.2 * size.max()
 
 
