@@ -19,6 +19,12 @@ def coarse_grid(grid: Grid) -> Grid:
     return Grid(x, y, 2 * grid.dx, 2 * grid.dy, (grid.nx + 1) // 2, (grid.ny + 1) // 2)
 
 
+def refined(grid: Grid, times: int) -> Grid:
+    """The grid with cells `times` finer both ways."""
+    x_min, x_max, y_min, y_max = grid.edges
+    return Grid.over((x_min, x_max), (y_min, y_max), times * grid.nx, times * grid.ny)
+
+
 def coarse_field(field: np.ndarray, fill: str = "edge") -> np.ndarray:
     """Means over 2 x 2 cells of a field (nx, ny); an odd last row is repeated ("edge") or met by zeros ("constant")."""
     padded = np.pad(field, [(0, size % 2) for size in field.shape], mode=fill)

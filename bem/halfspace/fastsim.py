@@ -203,7 +203,15 @@ def _part_rates(
     sliding = float(sliding_flexibility(flexibility, slip, np.sqrt(semi_x * semi_y)))
     if isinstance(creepage, LocalCreepage):
         return strip_rates(creepage.strips(grid.y), slip, (x, y), flexibility, sliding, grid.y)
-    return np.array([[*(slip / flexibility), *(slip / sliding), x, y, sliding]])
+    return patch_rates(slip[None], flexibility, np.array([sliding]), (x, y))
+
+
+def patch_rates(
+    slip: np.ndarray, flexibility: np.ndarray, sliding: np.ndarray, centre: tuple[float, float] = (0.0, 0.0)
+) -> np.ndarray:
+    """(k, 9) as of `_part_rates`, of k patches that slip by (k, 3) at their centre."""
+    rest = np.stack(np.broadcast_arrays(*centre, sliding), axis=1)
+    return np.concatenate([slip / flexibility, slip / sliding[:, None], rest], axis=1)
 
 
 def strip_rates(

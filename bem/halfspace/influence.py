@@ -92,13 +92,16 @@ def kernel_spectrum(name: str, grid: Grid, size: tuple[int, int] | None = None) 
 
 
 def forward(field: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Spectrum (size x, size y // 2 + 1) of a field (nx, ny) padded with zeros; the padding's rows are not
+    """Spectrum (..., size x, size y // 2 + 1) of a field (..., nx, ny) padded with zeros; the padding's rows are not
     transformed."""
-    rows = fft.rfft(field, n=size[1], axis=1)
-    return fft.fft(rows, n=size[0], axis=0, overwrite_x=True)
+    rows = fft.rfft(field, n=size[1])
+    return fft.fft(rows, n=size[0], axis=-2, overwrite_x=True)
 
 
-def backward(spectrum: np.ndarray, shape: tuple[int, int], size: tuple[int, int]) -> np.ndarray:
-    """Field (nx, ny) of a spectrum, the padding cut off before the second transform; `spectrum` is overwritten."""
-    columns = fft.ifft(spectrum, axis=0, overwrite_x=True)[: shape[0]]
-    return fft.irfft(columns, n=size[1], axis=1)[:, : shape[1]]
+def backward(
+    spectrum: np.ndarray, shape: tuple[int, int], size: tuple[int, int], first: tuple[int, int] = (0, 0)
+) -> np.ndarray:
+    """Field (..., nx, ny) of a spectrum from the cell `first` on, the rest cut off before the second transform;
+    `spectrum` is overwritten."""
+    columns = fft.ifft(spectrum, axis=-2, overwrite_x=True)[..., first[0] : first[0] + shape[0], :]
+    return fft.irfft(columns, n=size[1])[..., first[1] : first[1] + shape[1]]

@@ -3,8 +3,9 @@ patch."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from numbers import Integral
+from typing import TypeAlias
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from bem.checks import is_finite
 from bem.creepage import LocalCreepage
 from bem.material import Elastic
 from bem.patch import ContactInputError, Creepage, Grid, Patch, PatchCutError
+
+GapFunction: TypeAlias = Callable[[np.ndarray, np.ndarray], np.ndarray]
+Gap: TypeAlias = np.ndarray | GapFunction
 
 # Rigid slip above this share of the rolling speed is no rolling; above the second it deserves a look at the units.
 _IMPOSSIBLE_SLIP = 1.0
@@ -25,25 +29,12 @@ _LARGE_STRAIN = 0.05
 _SOFTEST_STEEL = 150e9  # Young's modulus [Pa] from which a body is taken for steel
 
 
-def check_gap(gap: np.ndarray, grid: Grid) -> None:
-    """Refuses a gap of the wrong shape, with NaN or -inf, or that is nowhere finite (+inf: no surface there)."""
-    if gap.shape != grid.shape:
-        raise ContactInputError(f"gap has shape {gap.shape}, the grid {grid.shape}: give one value per cell, x first")
-    bad = np.isnan(gap) | (gap == -np.inf)
-    if bad.any():
-        i, j = np.argwhere(bad)[0]
-        raise ContactInputError(
-            f"gap has {np.count_nonzero(bad)} of {gap.size} cells NaN or -inf, the first at x = {grid.x[i]:g} m, "
-            f"y = {grid.y[j]:g} m: fill them, or set +inf where a body has no surface"
-        )
-    if not np.isfinite(gap).any():
-        raise ContactInputError("gap is +inf in every cell: the bodies share no surface; move the grid")
-
-
-def gap_values(gap: np.ndarray, grid: Grid) -> np.ndarray:
-    """Gap (nx, ny) [m] as floats, checked; refuses what is no array of real numbers."""
+def gap_values(gap: Gap, grid: Grid) -> np.ndarray:
+    """Gap (nx, ny) [m] at the cell centres as floats; refuses what is no array of real numbers, has the wrong shape,
+    NaN or -inf, or is nowhere finite (+inf: no surface there)."""
+    given = gap(*grid.points()) if callable(gap) else gap
     try:
-        values = np.asarray(gap)
+        values = np.asarray(given)
         if np.iscomplexobj(values):
             raise TypeError
         values = values.astype(float)
@@ -51,7 +42,19 @@ def gap_values(gap: np.ndarray, grid: Grid) -> np.ndarray:
         raise ContactInputError(
             "gap is no array of real numbers: give distances in metres, open positive, +inf where a body has no surface"
         ) from None
-    check_gap(values, grid)
+    if values.shape != grid.shape:
+        raise ContactInputError(
+            f"gap has shape {values.shape}, the grid {grid.shape}: give one value per cell, x first"
+        )
+    bad = np.isnan(values) | (values == -np.inf)
+    if bad.any():
+        i, j = np.argwhere(bad)[0]
+        raise ContactInputError(
+            f"gap has {np.count_nonzero(bad)} of {values.size} cells NaN or -inf, the first at x = {grid.x[i]:g} m, "
+            f"y = {grid.y[j]:g} m: fill them, or set +inf where a body has no surface"
+        )
+    if not np.isfinite(values).any():
+        raise ContactInputError("gap is +inf in every cell: the bodies share no surface; move the grid")
     return values
 
 

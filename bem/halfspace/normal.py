@@ -11,20 +11,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TypeAlias
 
 import numpy as np
 
 from bem.checks import refuse_unless_positive
-from bem.halfspace.coarse import coarse_field, coarse_grid, edge_share, error_bound, fine_pressure
-from bem.halfspace.input import check_cells, check_control, check_inside, gap_values, strain_warning
-from bem.halfspace.positioning import Window, evaluate_gap, position_grid, widened
+from bem.halfspace.coarse import coarse_field, coarse_grid, edge_share, error_bound, fine_pressure, refined
+from bem.halfspace.input import Gap, check_cells, check_control, check_inside, gap_values, strain_warning
+from bem.halfspace.positioning import Window, position_grid, widened
 from bem.halfspace.pressure import NormalOperator, solve_pressure
 from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, ErrorEstimate, Grid, Patch
 from bem.renamed import renamed
-
-Gap: TypeAlias = np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 _LARGEST_GRID = 704
 _COARSEST_GRID = 6
@@ -135,13 +132,12 @@ def _placed(gap, pair, load, approach, window, cells, accuracy, estimate) -> Pat
             )
             return patch
         else:
-            x_min, x_max, y_min, y_max = grid.edges
-            grid = Grid.over((x_min, x_max), (y_min, y_max), 2 * grid.nx, 2 * grid.ny)
+            grid = refined(grid, 2)
 
 
 def _solve(gap: Gap, grid: Grid, pair: Pair, load, approach, estimate: bool) -> Patch:
     """Pressure on one grid, started from doubled cell sides where these are solved for the estimate or save time."""
-    values = evaluate_gap(gap, grid) if callable(gap) else gap_values(gap, grid)
+    values = gap_values(gap, grid)
     finer = min(grid.shape) >= (2 * _COARSEST_GRID if estimate else _NESTED_GRID)
     coarse = _coarse_patch(gap, grid, values, pair, load, approach) if finer else None
     start = fine_pressure(coarse.pressure, grid.shape) if coarse is not None else None
@@ -187,7 +183,7 @@ def _empty(gap: Gap, grid: Grid | None, window: Window | None, cells: tuple[int,
         if window is None or not callable(gap):
             raise ContactInputError("give a grid, or a gap function with a window")
         grid = Grid.over(*window, *cells)
-    values = evaluate_gap(gap, grid) if callable(gap) else gap_values(gap, grid)
+    values = gap_values(gap, grid)
     patch = Patch(grid, values, np.zeros(grid.shape), float(values.min()), HALF_SPACE, cost=Cost(0.0, 0, 0))
     patch.warnings = ("load 0 N: the bodies touch without pressure, the patch is empty",)
     return patch

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from scipy import ndimage
 
-from bem.halfspace.input import check_inside, gap_values
+from bem.halfspace.input import GapFunction, check_inside, gap_values
 from bem.halfspace.pressure import NormalOperator, solve_pressure
 from bem.material import Pair
 from bem.patch import ContactInputError, Grid, NoContactError, PatchCutError, edge_positions
 
-GapFunction = Callable[[np.ndarray, np.ndarray], np.ndarray]
 Window = tuple[tuple[float, float], tuple[float, float]]
 
 _SEARCH_CELLS = 40
@@ -22,11 +19,6 @@ _MAX_ROUNDS = 40
 _SHRINKS = 0.95  # of its sides, at most, that a round leaves of a box that still narrows
 _MOST_SEARCH_CELLS = 320
 _NO_ROOM = 1e-6  # of a stretch, below which only round-off moves the grid's edges
-
-
-def evaluate_gap(gap: GapFunction, grid: Grid) -> np.ndarray:
-    """(nx, ny) gap at the cell centres [m], checked."""
-    return gap_values(gap(*grid.points()), grid)
 
 
 def position_grid(
@@ -43,7 +35,7 @@ def position_grid(
     box, search_cells = window, [_SEARCH_CELLS, _SEARCH_CELLS]
     for _ in range(_MAX_ROUNDS):
         grid = Grid.over(*box, *search_cells)
-        found, resolved, contact = _narrow(evaluate_gap(gap, grid), grid, pair, load, approach)
+        found, resolved, contact = _narrow(gap_values(gap, grid), grid, pair, load, approach)
         across_x, across_y = ((max(low, limit[0]), min(high, limit[1])) for (low, high), limit in zip(found, window))
         found = across_x, across_y
         if resolved:
@@ -96,7 +88,9 @@ def _narrow(
                 f"approach {approach:g} m does not close the least gap, {values[lowest]:g} m at x = "
                 f"{grid.x[lowest[0]]:g}, y = {grid.y[lowest[1]]:g} m: no contact; raise the approach above it"
             )
-        return _box(grid, _grown(np.zeros(grid.shape, bool), lowest)), False, values == values.min()
+        cell = np.zeros(grid.shape, bool)
+        cell[lowest] = True
+        return _box(grid, cell), False, values == values.min()
     solution = solve_pressure(operator, values, load, approach, tolerance=1e-4)
     contact = solution.pressure > 0
     across = [np.count_nonzero(contact.any(axis=axis)) for axis in (1, 0)]
@@ -115,11 +109,6 @@ def _variation(values: np.ndarray) -> np.ndarray:
         if min(values.shape) > 1
         else np.zeros(values.shape)
     )
-
-
-def _grown(mask: np.ndarray, cell: tuple[int, int]) -> np.ndarray:
-    mask[cell] = True
-    return mask
 
 
 def _box(grid: Grid, mask: np.ndarray) -> Window:

@@ -19,6 +19,7 @@ from bem.halfspace.fastsim import (
     equivalent_ellipse,
     flexibilities,
     march,
+    patch_rates,
     sliding_flexibility,
     strip_rates,
 )
@@ -191,15 +192,13 @@ def _rates(
     c = coefficient_rows(a / b, pair.poisson)
     flexibility = np.stack(flexibilities(a, b, pair, c), axis=1) / initial_slope
     sliding = sliding_flexibility(flexibility, creepage, np.sqrt(a * b))
-    if strips is not None:
-        rates = np.zeros((len(semi), 2, unit.grid.ny, 9))
-        for k, own in enumerate(strips):
-            y = unit.grid.y * semi[k, 1]
-            rates[k, 1] = strip_rates(own, creepage[k], (0.0, 0.0), flexibility[k], sliding[k], y)
+    rates = np.zeros((len(semi), 2, 1 if strips is None else unit.grid.ny, 9))
+    if strips is None:
+        rates[:, 1, 0] = patch_rates(creepage, flexibility, sliding)
         return rates
-    rates = np.zeros((len(semi), 2, 1, 9))
-    rates[:, 1, 0, 0:3], rates[:, 1, 0, 3:6] = creepage / flexibility, creepage / sliding[:, None]
-    rates[:, 1, 0, 8] = sliding
+    for k, own in enumerate(strips):
+        y = unit.grid.y * semi[k, 1]
+        rates[k, 1] = strip_rates(own, creepage[k], (0.0, 0.0), flexibility[k], sliding[k], y)
     return rates
 
 

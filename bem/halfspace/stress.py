@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import fft
 
-from bem.halfspace.influence import padded_shape
+from bem.halfspace.influence import backward, forward, padded_shape
 from bem.patch import ContactInputError, Patch
 
 
@@ -145,22 +145,21 @@ def _refuse_curved(patch: Patch) -> None:
 def _load_spectra(patch: Patch, body: int) -> tuple[list[tuple[int, np.ndarray]], tuple[int, int]]:
     """Spectra of pressure and of the tractions that act on this body."""
     size = padded_shape(*patch.grid.shape)
-    loads = [(0, fft.rfft2(patch.pressure, s=size))]
+    loads = [(0, forward(patch.pressure, size))]
     if patch.traction is not None:
         sign = 1.0 if body == 1 else -1.0
-        loads += [(axis + 1, fft.rfft2(sign * patch.traction[..., axis], s=size)) for axis in (0, 1)]
+        loads += [(axis + 1, forward(sign * patch.traction[..., axis], size)) for axis in (0, 1)]
     return loads, size
 
 
 def _layer(patch: Patch, spectra, size: tuple[int, int], depth: float, poisson: float, body: int) -> np.ndarray:
     grid = patch.grid
     x_edges, y_edges = offsets(grid.nx, grid.dx), offsets(grid.ny, grid.dy)
-    total = np.zeros((6, size[0], size[1] // 2 + 1), complex)
-    for load, spectrum in spectra:
-        kernel = np.zeros((6, *size))
-        kernel[:, : 2 * grid.nx - 1, : 2 * grid.ny - 1] = rectangle_stress(load, x_edges, y_edges, depth, poisson)
-        total += fft.rfft2(kernel, axes=(1, 2)) * spectrum
-    stress = fft.irfft2(total, s=size, axes=(1, 2))[:, grid.nx - 1 : 2 * grid.nx - 1, grid.ny - 1 : 2 * grid.ny - 1]
+    total = sum(
+        fft.rfft2(rectangle_stress(load, x_edges, y_edges, depth, poisson), s=size) * spectrum
+        for load, spectrum in spectra
+    )
+    stress = backward(total, grid.shape, size, (grid.nx - 1, grid.ny - 1))
     if body == 2:
         stress[3:5] *= -1.0
     return np.moveaxis(stress, 0, -1)

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bem.exact.kalker_table import coefficient_rows
-from bem.halfspace.fastsim import flexibilities, sliding_flexibility, spring_step
+from bem.halfspace.fastsim import flexibilities, patch_rates, sliding_flexibility, spring_step
 from bem.material import Pair
 from bem.patch import ContactInputError
 from kernel_cache import njit
@@ -93,9 +93,7 @@ def transient(
     counts = np.ceil((high - low) / cell - 1e-9).astype(int) + 1
     x, y = (start + size * (np.arange(count) + 0.5) for start, size, count in zip(low, cell, counts, strict=True))
     out = Rolled(np.zeros((len(load), 2)), np.zeros(len(load)), np.zeros(len(load)))
-    rates = np.zeros((len(load), 9))  # as of fastsim's march, about the centre
-    rates[:, :3], rates[:, 3:6] = history.creepage / flexibility, history.creepage / sliding[:, None]
-    rates[:, 8] = sliding
+    rates = patch_rates(history.creepage, flexibility, sliding)
     top = load / (np.pi * semi.prod(axis=1))
     _roll(history.centre, semi, x, y, _Steps(top, friction, rates, keeps, step), law, out)
     return out

@@ -133,7 +133,7 @@ class PlasticBody:
             return self.surface
         strain = np.zeros((trial.box.layers, 5, *self.grid.shape))
         strain[trial.box.inside] = trial.returned.increment
-        return self.surface + self.displacement.normal(strain)
+        return self.surface + self.displacement(strain)
 
     def accept(self, trial: Trial | None) -> None:
         """The state moves on by a trial; residual stress in the box only."""

@@ -156,7 +156,7 @@ class PlasticTrack:
         stress = self.body.influence(cells).rough_deviator(self._in_middle(cells, increment))
         full = np.zeros((cells.nz, 5, cells.nx, self.body.grid.ny))
         full[:, :, self.reach : self.reach + count, box.y] = increment
-        lowered = self._surface_of(cells.nx).normal(full)
+        lowered = self._surface_of(cells.nx)(full)
         for k, column in self._felt(first, count):
             self.residual[: box.layers, :, column, box.y] += stress[:, :, k]
             self.surface[column] += lowered[k]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import fft
 
-from bem.halfspace.influence import forward, padded_shape
+from bem.halfspace.influence import backward, forward, padded_shape
 from bem.halfspace.stress import offsets, rectangle_stress
 from bem.material import Elastic
 from bem.patch import Grid
@@ -34,46 +34,34 @@ class LoadStress:
         `loads`; of the first `layers` only, where given."""
         nx, ny = self.grid.shape
         total = sum(kernel[:layers] * forward(field, self.size) for kernel, field in zip(self.spectra, fields))
-        columns = fft.ifft(total, axis=2, overwrite_x=True)[:, :, nx - 1 : 2 * nx - 1]
-        stress = fft.irfft(columns, n=self.size[1], axis=3)[..., ny - 1 : 2 * ny - 1]
+        stress = backward(total, (nx, ny), self.size, (nx - 1, ny - 1))
         return np.ascontiguousarray(stress[:, :5]), stress[:, 5]
 
 
 class SurfaceDisplacement:
-    """Displacement of the surface by plastic strain below a grid, at the centres of its cells, positive downwards.
+    """Normal displacement of the surface by plastic strain below a grid, at the centres of its cells, positive
+    downwards."""
 
-    directions : 2 normal, 0 and 1 along x and y
-    """
-
-    def __init__(
-        self, grid: Grid, layers: int, thickness: float, elastic: Elastic, directions: tuple[int, ...] = (2,)
-    ) -> None:
-        self.grid, self.size, self.directions = grid, padded_shape(*grid.shape), directions
+    def __init__(self, grid: Grid, layers: int, thickness: float, elastic: Elastic) -> None:
+        self.grid, self.size = grid, padded_shape(*grid.shape)
         x, y = offsets(grid.nx, grid.dx), offsets(grid.ny, grid.dy)
         levels = np.arange(layers + 1) * thickness
         tables = coefficient_tables(elastic.poisson)
-        parity = np.array([[depth_parity((i,), k) for k in range(6)] for i in directions])
-        full = tables["full displacement"][list(directions)] * parity[..., None, None, None]
-        free = tables["surface displacement"][list(directions)]
-        faces = np.stack([_face(x, y, z, full, free) for z in levels])
+        parity = np.array([depth_parity((2,), k) for k in range(6)])
+        full = tables["full displacement"][2] * parity[:, None, None, None]
+        faces = np.stack([_face(x, y, z, full, tables["surface displacement"][2]) for z in levels])
         kernels = np.diff(np.diff(faces[:-1] - faces[1:], axis=-2), axis=-1)
         self.spectra = fft.rfft2(kernels, s=self.size)
 
     def __call__(self, strain: np.ndarray) -> np.ndarray:
-        """(directions, nx, ny) displacement [m] by plastic strain (nz, 5, nx, ny)."""
+        """(nx, ny) displacement [m] by plastic strain (nz, 5, nx, ny)."""
         nx, ny = self.grid.shape
-        spectrum = fft.fft(fft.rfft(strain, n=self.size[1], axis=3), n=self.size[0], axis=2, overwrite_x=True)
-        total = np.einsum("kdcij,kcij->dij", self.spectra[: len(strain)], spectrum)
-        columns = fft.ifft(total, axis=1, overwrite_x=True)[:, nx - 1 : 2 * nx - 1]
-        return fft.irfft(columns, n=self.size[1], axis=2)[:, :, ny - 1 : 2 * ny - 1]
-
-    def normal(self, strain: np.ndarray) -> np.ndarray:
-        """(nx, ny) [m], of directions that begin with the normal one."""
-        return self(strain)[0]
+        total = np.einsum("kcij,kcij->ij", self.spectra[: len(strain)], forward(strain, self.size))
+        return backward(total, (nx, ny), self.size, (nx - 1, ny - 1))
 
 
 def _face(x: np.ndarray, y: np.ndarray, z: float, full: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """(directions, 5, ...) corner values of a layer's face at depth z, seen from the surface."""
+    """(5, ...) corner values of a layer's face at depth z, seen from the surface."""
     values = corner_planes(x, y, np.array([z]))[0]
     table = full[..., 0, 0] + z * full[..., 1, 0] + free[..., 0, 0] + z * free[..., 0, 1]
-    return np.einsum("dkf,kc,fij->dcij", table, FROM_DEVIATOR, values, optimize=True)
+    return np.einsum("kf,kc,fij->cij", table, FROM_DEVIATOR, values, optimize=True)

@@ -35,8 +35,8 @@ import numpy as np
 from scipy import fft
 
 from bem.halfspace.coarse import coarse_grid, error_bound
-from bem.halfspace.input import check_cells, check_control, check_inside, strain_warning
-from bem.halfspace.positioning import Window, evaluate_gap, position_grid, widened
+from bem.halfspace.input import check_cells, check_control, check_inside, gap_values, strain_warning
+from bem.halfspace.positioning import Window, position_grid, widened
 from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
 from bem.material import Pair
 from bem.patch import ContactInputError, Cost, ErrorEstimate, Grid, NoContactError, Patch
@@ -317,7 +317,7 @@ def _solve_on(problem: _Problem, grid: Grid, corrections: list[Flexibility]) -> 
 
 
 def _gap_at(problem: _Problem, grid: Grid, approach: float) -> np.ndarray:
-    return evaluate_gap(lambda x, y: problem.gap_along(x, y, approach), grid)
+    return gap_values(lambda x, y: problem.gap_along(x, y, approach), grid)
 
 
 def _pressed(
@@ -372,7 +372,7 @@ def _estimate(problem: _Problem, fine: SlicePatch, stations: int) -> ErrorEstima
 
 
 def _untouched(problem: _Problem, grid: Grid, clock: StageClock) -> SlicePatch:
-    values, place = evaluate_gap(problem.gap, grid), problem.gap.place(grid.y)
+    values, place = gap_values(problem.gap, grid), problem.gap.place(grid.y)
     clock.stop("positioning")
     patch = SlicePatch(grid, values, np.zeros(grid.shape), float(values.min()), "2.5D slices", **place)
     patch.seconds, patch.cost = clock.seconds, Cost(clock.seconds["positioning"], 0, 0)

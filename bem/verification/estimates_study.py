@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bem.halfspace.coarse import relative_change
+from bem.halfspace.coarse import refined, relative_change
 from bem.halfspace.fastsim import equivalent_ellipse, fastsim, flexibilities
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.tangential import rolling_contact, shift_contact
 from bem.material import STEEL, Pair
-from bem.patch import Creepage, Grid, Patch
+from bem.patch import Creepage, Patch
 from bem.plane.body import Body
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.coulomb import Control
@@ -51,12 +51,6 @@ def gap_function(draw: np.random.Generator) -> Callable[[np.ndarray, np.ndarray]
         return u**2 / (2 * radii[0]) + v**2 / (2 * radii[1]) + sides - height * np.exp(-(((v - position) / 2e-3) ** 2))
 
     return gap
-
-
-def refined(grid: Grid, times: int) -> Grid:
-    """The grid with cells `times` finer both ways."""
-    x_min, x_max, y_min, y_max = grid.edges
-    return Grid.over((x_min, x_max), (y_min, y_max), times * grid.nx, times * grid.ny)
 
 
 def _drawn_patch(draw: np.random.Generator, fewest: int, most: int):
