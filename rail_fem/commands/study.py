@@ -24,7 +24,7 @@ STUDIES = {
     "error-bars": "do the error bars of explicit passes hold? other scenes, against elements of half the size",
     "ratchetting": "shakedown or ratchetting under many passes of a line contact, by four laws of cyclic plasticity",
     "transient-rolling": "friction work and wear over the transfer: patches that change as they roll, or steady",
-    "benchmark": "speed of the models: kernels beside dolfinx's own assembly, a step of a pass, ranks, light passes",
+    "benchmark": "speed of the explicit model: kernels beside dolfinx's own assembly, a step of a pass, ranks, a card",
     "verification": "the verification page: exact problems, orders, waves, estimates, hard cases, speed against error",
 }
 

@@ -1,8 +1,8 @@
-"""Speed of the models on this machine: the explicit one's kernels, a step of its pass, ranks; the light ones.
+"""Speed of the explicit model on this machine: its kernels, a step of its pass, ranks, a card. What a light pass costs
+stands in its result.
 
     rail-fem study benchmark --out bench                                    kernels, and a step of the reference pass
     rail-fem study benchmark step --size 0.7 --aspect 2 --wheel-ratio 1.5   the step alone, on the main job's elements
-    rail-fem study benchmark light --case my_crossing.toml --designs 60
     rail-fem study benchmark card --size 0.7 --aspect 2 --wheel-ratio 1.5   the main job's elements on a card
     mpirun -n 2 python -m mpi4py -m rail_fem study benchmark ranks --size 2 --steps 300
 
@@ -14,7 +14,6 @@ ranks    the critical path of a step: a step is work between messages, and all r
          came last. Steps of the pass shared by the ranks are taken in turn with those of the whole pass on each rank;
          medians over steps with the same messages. Efficiency: work of a step on one rank over ranks times the path
 card     a step of the pass by a graphics card beside a core, and its limits; a sentence where there is none
-light    rigid paths, passes and designs by the light models over a whole crossing
 
 All times are processor times, the least of several repeats where a row can be repeated: other programs on a machine
 then change little.
@@ -59,10 +58,8 @@ from rail_fem.show.table_and_figure import Table, publish
 from rail_fem.studies import benchmark_kernels as kernels
 from rail_fem.studies.benchmark_card import card_table
 from rail_fem.studies.harness import OUT, QUICK
-from rail_fem.studies.light_speed import rows_of
 
 WAITING = "waiting for messages"
-LIGHT_HEAD = ["what", "processor time [ms]", ""]
 END_OF_STEP = "end of the step"
 MESSAGES = {"Allreduce": "sum over the ranks", "allreduce": "sum of a few numbers", "allgather": "words of all ranks"}
 TRIALS = 20000  # of the clock
@@ -321,7 +318,7 @@ def path_table(paths: list[Stretches], alone: float, ranks: int) -> Table:
 
 
 def main(
-    part: Annotated[str, typer.Argument(help="kernels, step, ranks, light or card; none: kernels and step")] = "",
+    part: Annotated[str, typer.Argument(help="kernels, step, ranks or card; none: kernels and step")] = "",
     case: Annotated[Path | None, typer.Option(help="case of the pass; none: the shipped nose transfer")] = None,
     size: Annotated[float, typer.Option(help="of the pass' elements [mm]", min=0.1)] = 4.0,
     aspect: Annotated[float, typer.Option(help="length of an element over its size")] = 1.0,
@@ -329,14 +326,13 @@ def main(
     before: Annotated[int, typer.Option(help="steps that are not timed")] = 50,
     steps: Annotated[int, typer.Option(help="steps that are timed")] = 600,
     mesh: Annotated[Path | None, typer.Option(help="folder that keeps the mesh for the next time")] = None,
-    designs: Annotated[int, typer.Option(help="for light: crossings not seen before", min=0, max=10000)] = 0,
     quick: QUICK = False,
     out: OUT = None,
 ) -> None:
     """Speed of the explicit model on this machine: kernels, a step of a pass, ranks."""
     logging.disable(logging.INFO)  # the compiler's own account of the assembled forms
-    if part not in ("", "kernels", "step", "ranks", "light", "card"):
-        raise typer.BadParameter(f"{part}: no such part; there are kernels, step, ranks, light, card")
+    if part not in ("", "kernels", "step", "ranks", "card"):
+        raise typer.BadParameter(f"{part}: no such part; there are kernels, step, ranks, card")
     chosen = TimedPass(
         case or example("nose_transfer"), 1e-3 * (6.0 if quick else size), aspect, wheel_ratio, before,
         2 * TURN if quick else steps, mesh,
@@ -346,7 +342,6 @@ def main(
         "step": lambda: step_table(chosen),
         "ranks": lambda: ranks_table(chosen),
         "card": lambda: card_table(partial(chosen.at_rest, MPI.COMM_SELF), chosen.steps),
-        "light": lambda: Table(LIGHT_HEAD, list(rows_of(case or example("whole_crossing"), designs))),
     }
     tables = [makers[name]() for name in ([part] if part else ["kernels", "step"])]
     if MPI.COMM_WORLD.rank == 0:
