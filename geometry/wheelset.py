@@ -212,12 +212,9 @@ class Track:
 
     def placed(self, side: str) -> Profile:
         """The running part of a rail in side axes, moved and rolled as its position says."""
-        position, sign, profile = getattr(self, f"{side}_position"), SIDES[side], self.profile(side)
-        roll = sign * position.roll
-        turn = np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]])
-        points = profile.points @ turn + [self.gauge_offset(side) + sign * position.lateral, position.vertical]
-        angles = profile.angle_before + roll, profile.angle_after + roll
-        return Profile(points, *angles, profile.curvature, profile.label, profile.provenance).from_above()
+        position, sign = getattr(self, f"{side}_position"), SIDES[side]
+        rolled = self.profile(side).turned(sign * position.roll)
+        return rolled.shifted(self.gauge_offset(side) + sign * position.lateral, position.vertical).from_above()
 
 
 def check_width(owner: str, profile: Profile) -> None:

@@ -4,6 +4,7 @@ kernels."""
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from geometry.profiles.profile import lengths
 from kernel_cache import njit
 
 SAME = 1e-9  # points nearer than this are one [m]
@@ -74,8 +75,7 @@ def noise_level(points: np.ndarray) -> float:
     """
     if len(points) < 8:
         return 0.0
-    length = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    s = sliding_window_view(length, 4)  # (m, 4)
+    s = sliding_window_view(lengths(points), 4)  # (m, 4)
     weight = np.ones(s.shape)  # of the fourth point against the parabola through the three before it
     for j in range(3):
         others = s[:, [k for k in range(3) if k != j]]

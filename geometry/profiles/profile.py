@@ -201,7 +201,7 @@ class Profile:
         """
         points = np.asarray(points, float)
         check_points(points, label)
-        s = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+        s = lengths(points)
         curve = CubicSpline(s, points, bc_type="natural")
         (dy, dz), (ddy, ddz) = curve(s, 1).T, curve(s, 2).T
         angle = np.unwrap(np.arctan2(dz, dy))
@@ -267,6 +267,12 @@ class Profile:
         """
         return replace(self, points=self.points + [y, z])
 
+    def turned(self, angle: float) -> "Profile":
+        """The same line, turned about (0, 0) by this angle [rad], anticlockwise."""
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        angles = {"angle_before": self.angle_before + angle, "angle_after": self.angle_after + angle}
+        return replace(self, points=self.points @ turn, **angles)
+
     def height(self, y: np.ndarray) -> np.ndarray:
         """Height by cubic Hermite interpolation. Error: O(spacing^4) on smooth pieces.
 
@@ -315,6 +321,17 @@ class Profile:
         y = np.asarray(y, float)
         height, slope = hermite_many(y.ravel(), *self._table)
         return height.reshape(y.shape), slope.reshape(y.shape)
+
+
+def lengths(line: np.ndarray) -> np.ndarray:
+    """(n,)  length along a line (n, 2) from its first point."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+
+
+def along(line: np.ndarray, length: np.ndarray) -> np.ndarray:
+    """(m, 2)  points of a line at these lengths."""
+    total = lengths(line)
+    return np.column_stack([np.interp(length, total, line[:, 0]), np.interp(length, total, line[:, 1])])
 
 
 def seen_outwards(

@@ -1,6 +1,6 @@
 """Plain rail heads by name: 56E1 (BS113A), 60E1, 60E2 of EN 13674-1, upright or inclined. Axes: geometry.axes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -102,16 +102,10 @@ def _upright(name: str, spacing: float) -> Profile:
 
 def inclined(upright: Profile, inclination: float) -> Profile:
     """The head turned towards the track (anticlockwise) and set back to z = 0 and to its gauge."""
-    angle = np.arctan(inclination)
-    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    points = upright.points @ turn
-    top = np.argmax(points[:, 1])
-    points[:, 1] -= points[top, 1]
+    turned = upright.turned(np.arctan(inclination))
+    turned = turned.shifted(0.0, -turned.points[:, 1].max())
     label = upright.label.replace("upright", f"inclined {inclination:g}")
-    turned = Profile(
-        points, upright.angle_before + angle, upright.angle_after + angle, upright.curvature, label, upright.provenance
-    )
-    return turned.shifted(gauge_face(upright) - gauge_face(turned), 0.0)
+    return replace(turned, label=label).shifted(gauge_face(upright) - gauge_face(turned), 0.0)
 
 
 def gauge_face(rail: Profile, depth: float = 14 * MM) -> float:

@@ -5,7 +5,7 @@ import numpy as np
 
 from geometry.profiles.formats.raw import RawProfile
 from geometry.profiles.formats.units import GUESSED, UNITS, WIDTHS, fitting_units
-from geometry.profiles.profile import ProfileError
+from geometry.profiles.profile import ProfileError, along, lengths
 
 WIDEST_HEAD = 0.100  # of a line whose kind nobody told, to pass for a rail head [m]
 FLANGE = (0.020, 0.045)  # height of a flange over its tread [m]
@@ -68,9 +68,7 @@ def guess_kind(raw: RawProfile) -> str:
 def evenly(points: np.ndarray, count: int) -> np.ndarray:
     """(count, 2)  points at equal lengths along the line, from smaller to larger y."""
     points = points if points[0, 0] <= points[-1, 0] else points[::-1]
-    length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    at = np.linspace(0.0, length[-1], count)
-    return np.column_stack([np.interp(at, length, points[:, k]) for k in (0, 1)])
+    return along(points, np.linspace(0.0, lengths(points)[-1], count))
 
 
 def turning(points: np.ndarray) -> tuple[float, float]:

@@ -4,6 +4,7 @@ Pure kernels."""
 import numpy as np
 
 from geometry.profiles.defects import SHARP, turns
+from geometry.profiles.profile import lengths
 from kernel_cache import njit
 
 FARTHEST = 4.0  # times the noise: a point that a smoothing spline would move farther is a corner that it cannot follow
@@ -46,7 +47,7 @@ def from_neighbours(points: np.ndarray, k: int) -> np.ndarray:
     """(2,)  the position of point k on the cubic through two neighbours on either side; at the rims as many as there
     are."""
     near = np.array([i for i in (k - 2, k - 1, k + 1, k + 2) if 0 <= i < len(points)])
-    s = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points[near[0] : near[-1] + 1], axis=0).T))])
+    s = lengths(points[near[0] : near[-1] + 1])
     own = near - near[0]
     weight = [np.prod([(s[k - near[0]] - s[j]) / (s[i] - s[j]) for j in own if j != i]) for i in own]
     return np.array(weight) @ points[near]
@@ -71,7 +72,7 @@ def displacements(
 
 def stretch_move(part: np.ndarray, amount: float | None = None) -> np.ndarray:
     """(n - 2, 2)  displacement of the inner points of one stretch to its smoothing spline."""
-    s = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(part, axis=0).T))])
+    s = lengths(part)
     if np.any(np.diff(s) <= 0):
         return np.zeros((len(part) - 2, 2))
     if amount is None:

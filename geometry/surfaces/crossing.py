@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from geometry.profiles.profile import along, lengths
 from geometry.surfaces.bodies import CrossingError, TwoBodies
 from geometry.surfaces.crossing_surface import (
     FLOOR,
@@ -23,7 +24,7 @@ from geometry.surfaces.crossing_surface import (
     wing_gauge_y,
     wing_plane,
 )
-from geometry.surfaces.leg_transition import CAST_SLOPE, along, cast_leg, leg_loft, lengths, matching_points
+from geometry.surfaces.leg_transition import CAST_SLOPE, cast_leg, leg_loft, matching_points
 
 MM = 1e-3
 BENCHMARK_RATIO = 9.25

@@ -6,6 +6,7 @@ between matching points, walked with a cubic smoothstep of x.
 
 import numpy as np
 
+from geometry.profiles.profile import along, lengths
 from geometry.profiles.rail import gauge_face, rail_head
 from geometry.surfaces.crossing_surface import FLOOR, CastLeg, CrossingShape, leg_height
 
@@ -71,17 +72,6 @@ def cast_line(c: CrossingShape, floor: float = FLOOR) -> np.ndarray:
     polar = np.linspace(np.pi / 2 + lean, 0, 400)[1:]
     arc = np.column_stack([centre[0] + leg.side_radius * np.cos(polar), centre[1] + leg.side_radius * np.sin(polar)])
     return np.vstack([np.column_stack([y, z]), arc, [[arc[-1, 0], floor]]])
-
-
-def lengths(line: np.ndarray) -> np.ndarray:
-    """(n,)  length along a line (n, 2) from its first point."""
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
-
-
-def along(line: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """(m, 2)  points of a line at these lengths."""
-    total = lengths(line)
-    return np.column_stack([np.interp(length, total, line[:, 0]), np.interp(length, total, line[:, 1])])
 
 
 def feature_lengths(c: CrossingShape) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -12,11 +12,11 @@ import numpy as np
 
 from geometry.profiles.defects import kinks, noise_level
 from geometry.profiles.doctor import with_corners
-from geometry.profiles.profile import ProfileError
+from geometry.profiles.profile import ProfileError, along, lengths
 from geometry.surfaces.bodies import NO_METAL, CrossingError, TwoBodies
 from geometry.surfaces.crossing import PLAIN_LINE_X, feature_indices
 from geometry.surfaces.crossing_surface import FLOOR
-from geometry.surfaces.leg_transition import along, cast_leg, lengths
+from geometry.surfaces.leg_transition import cast_leg
 from geometry.surfaces.section_grid import BodyGrid, SectionGrids, body_grid, every_second, grid_heights, no_body
 from geometry.surfaces.sections import FACE_DEPTH, SectionBody, SectionCrossing, points_up
 

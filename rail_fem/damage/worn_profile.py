@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.profiles.doctor import with_corners
-from geometry.profiles.profile import KINK, Profile, ProfileError
+from geometry.profiles.profile import KINK, Profile, ProfileError, lengths
 
 SPACING = 0.1e-3  # of the nodes [m]
 STEEPEST_STEP = 0.1  # of the least radius of curvature where it wears, that one step may be deep
@@ -106,7 +106,7 @@ class WornProfile:
     @property
     def arc_length(self) -> np.ndarray:
         """(n,) along the line from its first node [m]."""
-        return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self.points, axis=0).T))])
+        return lengths(self.points)
 
     @property
     def borders(self) -> np.ndarray:
