@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from geometry.hermite import cubic_between
@@ -144,47 +143,38 @@ def upper_line(first: Profile, second: Profile, label: str = "") -> Profile:
     Where only one of them is, that one; a step from one to the other becomes a line over 1e-9 m.
     Raises ProfileError where one of them turns back in y or they lie apart.
     """
-    tables = [np.array(p.hermite_table()) for p in (first, second)]
-    curves = [CubicHermiteSpline.construct_fast(_coefficients(t), t[0]) for t in tables]
-    low, high = [t[0, 0] for t in tables], [t[0, -1] for t in tables]
-    if max(low) > min(high):
+    ends = first.points[[0, -1], 0], second.points[[0, -1], 0]
+    if max(low for low, _ in ends) > min(high for _, high in ends):
         raise ProfileError(f"{first.label} and {second.label} lie apart: no y in common")
-    y = np.unique(np.concatenate([t[0] for t in tables]))
+    y = np.unique(np.concatenate([first.points[:, 0], second.points[:, 0]]))
     y = y[np.append(True, np.diff(y) > APART)]
-    value = np.array([np.where((y >= a) & (y <= b), c(y), -np.inf) for c, a, b in zip(curves, low, high)])
+    value = np.nan_to_num([first.height(y), second.height(y)], nan=-np.inf)
     upper = np.argmax(value, axis=0)
     changes = np.flatnonzero(np.diff(upper))
-    edges = [y[0], *(_crossing(curves, y[k], y[k + 1], value[:, k : k + 2]) for k in changes), y[-1]]
+    edges = [y[0], *(_crossing(first, second, y[k : k + 2], value[:, k : k + 2]) for k in changes), y[-1]]
     pieces = []
     for a, b, which in zip(edges[:-1], edges[1:], upper[[*changes, -1]]):
         inner = y[(y > a + APART) & (y < b - APART)]
         if b - a > APART:
-            pieces.append((np.concatenate([[a], inner, [b]]), curves[which]))
+            pieces.append((np.concatenate([[a], inner, [b]]), (first, second)[which]))
     return _joined(pieces, label or f"{first.label} and {second.label}")
 
 
-def _coefficients(table: np.ndarray) -> np.ndarray:
-    """(4, n - 1)  cubics of a Hermite table whose slopes differ on either side of a point."""
-    h, rise = np.diff(table[0]), np.diff(table[1])
-    m0, m1 = table[2, :-1] * h, table[3, 1:] * h
-    return np.array([(m0 + m1 - 2 * rise) / h**3, (3 * rise - 2 * m0 - m1) / h**2, m0 / h, table[1, :-1]])
-
-
-def _crossing(curves, left: float, right: float, value: np.ndarray) -> float:
+def _crossing(first: Profile, second: Profile, y: np.ndarray, value: np.ndarray) -> float:
     """Where the higher line changes between two y; at the end of a line where it begins or ends there."""
     if np.isinf(value[:, 0]).any():
-        return right
+        return y[1]
     if np.isinf(value[:, 1]).any():
-        return left
-    return brentq(lambda y: float(curves[0](y) - curves[1](y)), left, right, xtol=1e-13)
+        return y[0]
+    return brentq(lambda at: float(first.height(at) - second.height(at)), *y, xtol=1e-13)
 
 
 def _joined(pieces, label: str) -> Profile:
-    """Profile of graph pieces (y, curve); where two do not meet, a line over APART joins them."""
+    """Profile of graph pieces (y, line); where two do not meet, a line over APART joins them."""
     points, before, after = np.empty((0, 2)), np.empty(0), np.empty(0)
-    for y, curve in pieces:
+    for y, line in pieces:
         ends = np.concatenate([y[:-1], [y[-1] - 1e-12]])  # the slope on reaching the last point
-        new, angle = np.column_stack([y, curve(y)]), np.arctan(curve(ends, 1))
+        new, angle = np.column_stack([y, line.height(y)]), np.arctan(line.slope(ends))
         reached = angle.copy()
         if len(points) and abs(new[0, 1] - points[-1, 1]) < APART:
             after[-1], new, angle, reached = angle[0], new[1:], angle[1:], reached[1:]
