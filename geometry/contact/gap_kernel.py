@@ -251,13 +251,14 @@ def positions_on_branch(stations, wheel, rail, pose, tip, level):
 
 
 @njit(cache=True, error_model="numpy")
-def nearest_positions(stations, wheel, rail, pose, tip, level):
-    """Local minima (POSITION, k) of the gap on all branches, those that may lie below `level` only, each branch in
+def nearest_positions(side, pose, level):
+    """Local minima (POSITION, k) of a Side's gap on all branches, those that may lie below `level` only, each branch in
     order of station.
 
     level : gap [m]; pass -NO_RAIL for the lowest minimum alone. Positions that another body of the rail covers are left
         out.
     """
+    stations, wheel, rail, tip, _ = side
     if branches(rail) == 1:
         return positions_on_branch(stations, wheel, branch(rail, 0, 0.0), pose, tip, level)
     found, count = np.zeros((POSITION, MOST_POINTS)), 0
@@ -312,20 +313,15 @@ def side_pose(sign, lateral, yaw, roll, lever, arm, radius):
 
 
 @njit(cache=True, error_model="numpy")
-def lowest(stations, wheel, rail, pose, tip):
-    """Least gap of a side, and its change with roll [m/rad]; NO_RAIL where the wheel stands over no rail."""
-    found = nearest_positions(stations, wheel, rail, pose, tip, -NO_RAIL)
+def least_gap(side, sign, lateral, yaw, roll, lever, arm):
+    """Least gap of a Side, sign +1 left, -1 right, and its change with roll [m/rad]; NO_RAIL where the wheel stands
+    over no rail."""
+    pose = side_pose(sign, lateral, yaw, roll, lever, arm, side.radius)
+    found = nearest_positions(side, pose, -NO_RAIL)
     if found.shape[1] == 0:
         return NO_RAIL, 0.0
     i = np.argmin(found[GAP])
-    return found[GAP, i], roll_arm(found[:, i], wheel, rail, pose)
-
-
-@njit(cache=True, error_model="numpy")
-def least_gap(side, sign, lateral, yaw, roll, lever, arm):
-    """As `lowest`, of a Side, sign +1 left, -1 right."""
-    pose = side_pose(sign, lateral, yaw, roll, lever, arm, side.radius)
-    return lowest(side.stations, side.wheel, side.rail, pose, side.tip)
+    return found[GAP, i], roll_arm(found[:, i], side.wheel, side.rail, pose)
 
 
 @njit(cache=True, error_model="numpy")

@@ -237,7 +237,7 @@ class ContactSearch:
         check_side(side)
         pose, of = self.pose(state, side), self.rail_under(state, side)
         ready(of.stations, of.rail, pose)
-        found = nearest_positions(of.stations, of.wheel, of.rail, pose, of.tip, max(reach, 0.0) - state.z)
+        found = nearest_positions(of, pose, max(reach, 0.0) - state.z)
         if found.shape[1] == 0:
             raise WheelsetError(f"{side} wheel stands over no rail at y = {state.y:g} m")
         gaps = found[GAP] + state.z

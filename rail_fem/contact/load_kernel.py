@@ -337,12 +337,12 @@ def add_carried(force, cells, strips, found, ends, carried):
 
 
 @njit(cache=True, error_model="numpy")
-def side_mesh(found, number, height, wheel, rail, pose, tip, modulus):
+def side_mesh(found, number, height, side, pose, modulus):
     """SideMesh of the minima of a side that overlap.
 
     found : (POSITION, n) minima with negative gap + height, each branch in order
     """
-    n = found.shape[1]
+    n, (_, wheel, rail, tip, _) = found.shape[1], side
     ends, cut, strips = np.zeros((3, n)), np.zeros(n), np.zeros((STRIP, 0))
     if n > 0:
         ends, depths = parts_of(found, height, wheel, rail, pose, tip)
@@ -388,40 +388,28 @@ def mesh_load(mesh, deeper, guess, residual):
 
 
 @njit(cache=True, error_model="numpy")
-def mesh_at(stations, wheel, rail, tip, pose, number, height, modulus):
-    """SideMesh of a side at a height of the pivot, its minima looked for between stations (4, k).
-
-    number : of strips
-    """
-    found = nearest_positions(stations, wheel, rail, pose, tip, -height)
+def mesh_at(side, pose, number, height, modulus):
+    """SideMesh of a Side with so many strips at a height of the pivot."""
+    found = nearest_positions(side, pose, -height)
     keep = 0
     for k in range(found.shape[1]):
         if found[GAP, k] + height < 0:
             found[:, keep] = found[:, k]
             keep += 1
-    return side_mesh(found[:, :keep].copy(), number, height, wheel, rail, pose, tip, modulus)
+    return side_mesh(found[:, :keep].copy(), number, height, side, pose, modulus)
 
 
 @njit(cache=True, error_model="numpy")
-def loaded_side(stations, wheel, rail, tip, pose, height, modulus):
-    """SideLoad of a side at a height of the pivot."""
-    mesh = mesh_at(stations, wheel, rail, tip, pose, STRIPS, height, modulus)
-    return mesh_load(mesh, 0.0, np.zeros((0, ROWS)), RESIDUAL)
+def loaded_side(side, pose, height, modulus):
+    """SideLoad of a Side at a height of the pivot."""
+    return mesh_load(mesh_at(side, pose, STRIPS, height, modulus), 0.0, np.zeros((0, ROWS)), RESIDUAL)
 
 
 @njit(cache=True, error_model="numpy")
 def carried_by(side, sign, lateral, yaw, roll, lever, arm, height, modulus):
     """Vertical force [N] that a Side carries at this roll and height of the pivot; sign +1 left, -1 right."""
     pose = side_pose(sign, lateral, yaw, roll, lever, arm, side.radius)
-    loaded = loaded_side(side.stations, side.wheel, side.rail, side.tip, pose, height, modulus)
-    return loaded.carried[2].sum()
-
-
-@njit(cache=True, error_model="numpy")
-def side_mesh_at(side, sign, lateral, yaw, roll, lever, arm, number, height, modulus):
-    """SideMesh of a Side at this roll and height of the pivot."""
-    pose = side_pose(sign, lateral, yaw, roll, lever, arm, side.radius)
-    return mesh_at(side.stations, side.wheel, side.rail, side.tip, pose, number, height, modulus)
+    return loaded_side(side, pose, height, modulus).carried[2].sum()
 
 
 @njit(cache=True, error_model="numpy")
@@ -479,8 +467,10 @@ def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus):
         if abs(at_roll - scanned) > NEAR_ROLL or down.max() > NEAR_LOWERING:
             near_left, near_right = left, right
         # the sides may be of two kinds: no loop over them
-        mesh_left = side_mesh_at(near_left, 1.0, lateral, yaw, at_roll, lever, arm, number, at_height, modulus)
-        mesh_right = side_mesh_at(near_right, -1.0, lateral, yaw, at_roll, lever, arm, number, at_height, modulus)
+        pose_left = side_pose(1.0, lateral, yaw, at_roll, lever, arm, left.radius)
+        pose_right = side_pose(-1.0, lateral, yaw, at_roll, lever, arm, right.radius)
+        mesh_left = mesh_at(near_left, pose_left, number, at_height, modulus)
+        mesh_right = mesh_at(near_right, pose_right, number, at_height, modulus)
         on_left = mesh_load(mesh_left, 0.0, on_left.cells, residual)
         on_right = mesh_load(mesh_right, 0.0, on_right.cells, residual)
         total[0], total[1] = on_left.carried[2].sum(), on_right.carried[2].sum()

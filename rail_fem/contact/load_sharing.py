@@ -245,7 +245,7 @@ def side_held(search: ContactSearch, state: Wheelset, side: str, modulus: float 
     check_side(side)
     pose, of = search.pose(state, side), search.rail_under(state, side)
     ready(of.stations, of.rail, pose)
-    loaded = loaded_side(of.stations, of.wheel, of.rail, of.tip, pose, state.z, modulus)
+    loaded = loaded_side(of, pose, state.z, modulus)
     return _described(search, state, side, loaded, (state.x, state.z))
 
 
@@ -254,7 +254,7 @@ def _loads_of(search: ContactSearch, side: str, pivot: tuple, modulus: float) ->
     feel that."""
     of, (lateral, yaw, roll, lever, height) = search.sides[side], pivot
     pose = side_pose(SIDES[side], lateral, yaw, roll, lever, search.wheelset.datum_arm, of.radius)
-    return loaded_side(of.stations, of.wheel, of.rail, of.tip, pose, height, modulus)
+    return loaded_side(of, pose, height, modulus)
 
 
 def _described(

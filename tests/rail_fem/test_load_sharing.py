@@ -9,7 +9,7 @@ import pytest
 from bem.exact.hertz import point_contact, point_contact_of_approach
 from bem.halfspace.normal import normal_contact
 from bem.material import Elastic
-from geometry.contact.gap_kernel import lowest
+from geometry.contact.gap_kernel import least_gap
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.profile import Profile, arc, line
 from geometry.profiles.rail import rail_head
@@ -57,8 +57,7 @@ def crowns(radius: float, apart: float, half: float = 30 * MM) -> Profile:
 def side_force(search: ContactSearch, depth: float, lateral: float = 0.0, yaw: float = 0.0) -> np.ndarray:
     """(3, n) forces of the left side, the wheelset pressed down by depth from where it is in contact."""
     state = search.settle(lateral, yaw)
-    stations, wheel, rail, tip, _ = search.sides["left"]
-    return loaded_side(stations, wheel, rail, tip, search.pose(state, "left"), state.z - depth, STEEL_MODULUS)[1]
+    return loaded_side(search.sides["left"], search.pose(state, "left"), state.z - depth, STEEL_MODULUS)[1]
 
 
 @pytest.mark.parametrize("radius", [0.08, 0.3, 2.0])
@@ -101,12 +100,9 @@ def test_p8_on_bs113a_carries_what_the_half_space_says(lateral, band):
     load = pair.normal_force(49.5e3)
     reference = normal_contact(pair.gap, steel, steel, load=load, window=pair.window(), estimate=False)
     search = p8_search()
-    stations, wheel, rail, tip, _ = search.sides["left"]
-    pose = search.pose(Wheelset(wheel_profile("P8"), y=lateral), "left")
-    touch = -lowest(stations, wheel, rail, pose, tip)[0]
-    _, force, *_ = loaded_side(
-        stations, wheel, rail, tip, pose, touch - reference.approach / pair.frame[2, 2], STEEL_MODULUS
-    )
+    side, pose = search.sides["left"], search.pose(Wheelset(wheel_profile("P8"), y=lateral), "left")
+    touch = -least_gap(side, 1.0, lateral, 0.0, 0.0, 0.0, search.wheelset.datum_arm)[0]
+    _, force, *_ = loaded_side(side, pose, touch - reference.approach / pair.frame[2, 2], STEEL_MODULUS)
     assert force[0].sum() == pytest.approx(load, rel=band)
 
 
@@ -146,16 +142,8 @@ def test_the_force_is_continuous_as_one_of_two_points_vanishes():
         sides = [[-half - 5 * MM, table[0] - 20 * MM]], [[half + 5 * MM, table[-1] - 20 * MM]]
         rail = Profile.from_points(np.concatenate([sides[0], np.column_stack([y, table]), sides[1]]))
         search = ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(rail.shifted(0.0, -table.max())), 0.2 * MM)
-        stations, wheel, table_of_rail, tip, _ = search.sides["left"]
-        found, forces, *_ = loaded_side(
-            stations,
-            wheel,
-            table_of_rail,
-            tip,
-            search.pose(search.wheelset, "left"),
-            RADIUS - 0.15 * MM - table.max(),
-            STEEL_MODULUS,
-        )
+        pose = search.pose(search.wheelset, "left")
+        found, forces, *_ = loaded_side(search.sides["left"], pose, RADIUS - 0.15 * MM - table.max(), STEEL_MODULUS)
         return found.shape[1], forces[2].sum()
 
     # the double well loses its minor minimum at tilt = 8 / (3 sqrt 3) * 0.08 / 5
