@@ -211,7 +211,7 @@ def _block(site: Site, state: Evolution, rate: Rate, left: float, stepping: Step
     """One accepted block, and the rate at its end where it is known. Raises WornOutError."""
     law = stepping.law
     rough = rate.depth[law]
-    most = stepping.deepest / max(float(rough.max()), 1e-30)
+    most = max(stepping.deepest / max(float(rough.max()), 1e-30), 1.0)
     least = min(max(1.0, stepping.least_share * (state.passes - state.began)), most)
     told = stepping.block
     count = min(told, state.block or told) if told else max(state.block or _first_block(rough), least)

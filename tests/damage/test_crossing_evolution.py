@@ -128,6 +128,11 @@ def test_halved_blocks_wear_nearly_the_same(site):
     assert ends[0] == pytest.approx(ends[2], rel=0.01) and ends[1] == pytest.approx(ends[2], rel=0.01)
 
 
+def test_a_pass_that_wears_deeper_than_a_block_may_is_a_block(site, rate):
+    deepest = 0.5 * rate.depth["archard"].max()
+    assert [state.passes for state in evolve(site, 2, Stepping(deepest=deepest))] == [1.0, 2.0]
+
+
 def test_the_least_share_of_a_block_is_the_cases_own():
     """A tenth of the passes done on a crossing, a fiftieth on a switch, or what the case says."""
     switch = CASE.parent / "switch_section.toml"
