@@ -41,10 +41,17 @@ class Fields:
     time: float
     source: str
 
+    def of(self, body: str) -> np.ndarray:
+        """Numbers (k,) of a body's cells: "wing", "nose", "wheel"."""
+        return np.flatnonzero(self.region == REGIONS.index(body))
+
+    def nodes_of(self, body: str) -> np.ndarray:
+        """Places (k, 3) of a body's nodes [m]."""
+        return self.points[np.unique(self.cells[self.of(body)])]
+
     def worst(self, body: str) -> int | None:
-        """The cell of a body ("wing", "nose", "wheel") with the largest plastic strain; None where nothing has
-        yielded."""
-        mine = np.flatnonzero(self.region == REGIONS.index(body))
+        """The cell of a body with the largest plastic strain; None where nothing has yielded."""
+        mine = self.of(body)
         if not len(mine) or not self.plastic_strain[mine].max() > 0:
             return None
         return int(mine[self.plastic_strain[mine].argmax()])

@@ -8,7 +8,7 @@ from geometry.path.wheel_path import WheelPath
 from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import BODIES
 from geometry.surfaces.crossing import CrossingError
-from rail_fem.contact.rigid import rigid_path
+from rail_fem.contact.rigid import datum_height, rigid_path
 from rail_fem.scene.scene import Scene
 from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.style import scene_words
@@ -84,11 +84,7 @@ def section_panel(scene: Scene, crossing: AnyCrossing, x: float, words: str) -> 
     """Both bodies at x, and the wheel as it stands on them."""
     sections = {"wing": crossing.wing_section(x), "nose": crossing.nose_section(x)}
     lines = {body: tuple(MM * line.T) for body, line in sections.items() if line is not None}
-    path, wheel = rigid_path(scene, np.array([x])), scene.wheel.shape
-    at_x, at_y, at_z = path.contact_point[0]
+    wheel, foot = scene.wheel.shape, datum_height(scene, rigid_path(scene, np.array([x])), x)
     y = np.arange(wheel.points[0, 0], wheel.points[-1, 0], 0.5e-3)
-    # the wheel's own section at its axle: the contact may lie ahead of it
-    radius = scene.wheel.radius - wheel.height(np.array([at_y - scene.wheel_datum_y]))[0]
-    axle = at_z + np.sqrt(radius**2 - (at_x - x) ** 2)
-    lines["wheel"] = MM * (y + scene.wheel_datum_y), MM * (axle - scene.wheel.radius + wheel.height(y))
+    lines["wheel"] = MM * (y + scene.wheel_datum_y), MM * (foot + wheel.height(y))
     return Panel("y [mm]", "z [mm]", lines, words, equal=True)

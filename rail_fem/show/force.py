@@ -1,7 +1,7 @@
 """Figure of the contact force and of the heights of wheel and crossing over the running distance."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -141,16 +141,14 @@ def write_values(axes, rings: Sequence[tuple[Peak, str, float]]) -> None:
 
 def draw_wheel(axes, result: PassResult) -> None:
     """Height of the wheel, and the path of a rigid one lowered so that both meet where the settling ends."""
-    x, height = result.history["x"], result.history["wheel_height"]
-    known = np.isfinite(height)
-    rigid = given_path(result) or computed_path(result)
-    if known.any():
+    x, height, rigid = result.history["x"], result.history["wheel_height"], shifted_path(result)
+    known = np.isfinite(height).any()
+    if known:
         axes.plot(1e3 * x, 1e3 * height, color=TOTAL, lw=2, label="wheel in this run")
     if rigid is not None:
-        shift = path_shift(result, *rigid) if known.any() else 0.0
-        words = f"rigid wheel on a rigid crossing, shifted by {shift * 1e3:+.2f} mm to meet it"
-        curve(axes, 1e3 * rigid[0], 1e3 * (rigid[1] + shift), words, GREY, 1.6, "--")
-    if known.any() or rigid is not None:
+        words = f"rigid wheel on a rigid crossing, shifted by {rigid.shift * 1e3:+.2f} mm to meet it"
+        curve(axes, 1e3 * rigid.x, 1e3 * rigid.height, words, GREY, 1.6, "--")
+    if known or rigid is not None:
         legend_above(axes)
     else:
         axes.text(0.5, 0.5, "wheel height not resolved", transform=axes.transAxes, ha="center")
@@ -169,27 +167,32 @@ def draw_crossing(axes, result: PassResult) -> None:
     axes.set_ylabel("crossing\nheight [mm]")
 
 
-def given_path(result: PassResult) -> tuple[np.ndarray, np.ndarray] | None:
-    """The rigid path that the run itself states: trust["rigid_path"] = {"x": [...], "height": [...]} [m]."""
-    stated = result.trust.get("rigid_path")
-    return (np.asarray(stated["x"], float), np.asarray(stated["height"], float)) if stated else None
+class ShiftedPath(NamedTuple):
+    """A rigid wheel's path, x and height of its axle (n,) [m], and what it was shifted by [m]."""
+
+    x: np.ndarray
+    height: np.ndarray
+    shift: float
 
 
-def computed_path(result: PassResult) -> tuple[np.ndarray, np.ndarray] | None:
-    """Axle height of a rigid wheel over the history's x; None where the modelled crossing does not reach."""
-    x = result.history["x"]
-    x = np.linspace(np.nanmin(x), np.nanmax(x), PATH_POINTS)
-    try:
-        return x, rigid_path(result.scene, x).height
-    except (CrossingError, ValueError, OSError):  # the profile's file may be gone by now
-        return None
-
-
-def path_shift(result: PassResult, path_x: np.ndarray, path_height: np.ndarray) -> float:
-    """What brings the rigid path to the wheel's height at the end of settling, or at the first row [m]."""
-    x, height = result.history["x"], result.history["wheel_height"]
-    known = np.flatnonzero(np.isfinite(height))
+def shifted_path(result: PassResult) -> ShiftedPath | None:
+    """The rigid wheel's path shifted to meet the wheel where the settling ends, or at the first row: the one that the
+    run itself states, trust["rigid_path"] = {"x": [...], "height": [...]} [m], or over the history's x; None where the
+    modelled crossing does not reach."""
+    x, wheel, stated = result.history["x"], result.history["wheel_height"], result.trust.get("rigid_path")
+    if stated:
+        path_x, height = np.asarray(stated["x"], float), np.asarray(stated["height"], float)
+    else:
+        path_x = np.linspace(np.nanmin(x), np.nanmax(x), PATH_POINTS)
+        try:
+            height = rigid_path(result.scene, path_x).height
+        except (CrossingError, ValueError, OSError):  # the profile's file may be gone by now
+            return None
+    known = np.flatnonzero(np.isfinite(wheel))
+    if not len(known):
+        return ShiftedPath(path_x, height, 0.0)
     end, _ = settling_end(result)
     after = known[result.history["time"][known] >= end] if np.isfinite(end) else known
     first = after[0] if len(after) else known[0]
-    return float(height[first] - np.interp(x[first], path_x, path_height))
+    shift = float(wheel[first] - np.interp(x[first], path_x, height))
+    return ShiftedPath(path_x, height + shift, shift)

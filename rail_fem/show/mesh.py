@@ -31,7 +31,7 @@ def mesh_figure(result: PassResult, folder: Path, name: str) -> Figure:
     for axes, beside in ((whole, close), (along, along_close)):
         turned = axes is along
         for body in REGIONS:
-            mine = fields.cells[fields.region == REGIONS.index(body)]
+            mine = fields.cells[fields.of(body)]
             if len(mine):
                 corners = points[:, SWAP] if turned else points
                 polygons = [1e3 * p for p in cut_at(corners, mine, y if turned else x)[0]]
@@ -90,7 +90,7 @@ def from_above(axes, fields: Fields) -> None:
     axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
     axes.set_title("crossing from above: fine where the rigid wheel comes near; what is not drawn is not meshed")
     for body in BODY:
-        nodes = 1e3 * fields.points[np.unique(fields.cells[fields.region == REGIONS.index(body)])]
+        nodes = 1e3 * fields.nodes_of(body)
         if len(nodes):
             x, y = nodes[:, :2].mean(axis=0)
             axes.text(x, y, body, color=BODY[body], weight="bold", ha="center", va="center", path_effects=HALO)
@@ -102,7 +102,7 @@ def handles(fields: Fields) -> list:
 
     found = []
     for body in REGIONS:
-        mine = fields.cells[fields.region == REGIONS.index(body)]
+        mine = fields.cells[fields.of(body)]
         if len(mine):
             edge = np.linalg.norm(fields.points[mine[:, 1:4]] - fields.points[mine[:, 0:3]], axis=2).min()
             words = f"{body}: {len(mine)} elements, shortest edge {1e3 * edge:.2g} mm"

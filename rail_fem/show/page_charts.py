@@ -13,7 +13,6 @@ import numpy as np
 from matplotlib.colors import to_hex
 
 from geometry.meshing.hexmesh import boundary_faces
-from geometry.surfaces.bodies import REGIONS
 from rail_fem.result.events import LARGEST, lost_contact, settling_end, stated_peaks
 from rail_fem.result.fields import Fields
 from rail_fem.result.history import COLUMNS
@@ -21,7 +20,7 @@ from rail_fem.result.quantities import FORCES as QUANTITIES
 from rail_fem.result.result import PassResult
 from rail_fem.scene.units import si_factor
 from rail_fem.show.fields import faces_from_above
-from rail_fem.show.force import FORCES, MARKED, computed_path, given_path, path_shift, resolved_forces
+from rail_fem.show.force import FORCES, MARKED, resolved_forces, shifted_path
 from rail_fem.show.plan import contact_path, view_box
 from rail_fem.show.positions import distance_words
 from rail_fem.show.style import BODY, CURVES, GREEN, GREY, NEVER_YIELDED, ORANGE, PURPLE, STRAIN_COLOURS
@@ -148,11 +147,9 @@ def _below(run: NamedResult, colour: str, alone: bool) -> list[Trace]:
     for values, words, axis in ((wheel, "height of the wheel", "y2"), (crossing, "height of the crossing", "y3")):
         if np.isfinite(values).any():
             data.append(curve(1e3 * x, 1e3 * values, before + words, colour, yaxis=axis, showlegend=False))
-    rigid = (given_path(result) or computed_path(result)) if alone and len(x) else None
-    if rigid is not None:
-        shift = path_shift(result, *rigid) if np.isfinite(wheel).any() else 0.0
-        words = f"rigid wheel on a rigid crossing, shifted by {1e3 * shift:+.2f} mm"
-        data.append(curve(1e3 * rigid[0], 1e3 * (rigid[1] + shift), words, GREY, line_dash="dash", yaxis="y2"))
+    if alone and len(x) and (rigid := shifted_path(result)) is not None:
+        words = f"rigid wheel on a rigid crossing, shifted by {1e3 * rigid.shift:+.2f} mm"
+        data.append(curve(1e3 * rigid.x, 1e3 * rigid.height, words, GREY, line_dash="dash", yaxis="y2"))
     return data
 
 
@@ -275,7 +272,7 @@ def _worst(fields: Fields) -> list[Trace]:
         if (cell := fields.worst(body)) is not None:
             x, y, z = 1e3 * fields.centre(cell)
             words = f"{body}: at most {100 * fields.plastic_strain[cell]:.2f} %"
-            top = 1e3 * fields.points[fields.cells[fields.region == REGIONS.index(body)]][:, :, 2].max()
+            top = 1e3 * fields.nodes_of(body)[:, 2].max()
             mark = {"type": "scatter3d", "mode": "markers+text", "text": [words], "textposition": "top center"}
             place = {"x": [x], "y": [y], "z": [max(z, top)], "hoverinfo": "text"}
             look = {"marker": {"size": 4, "color": BODY[body]}, "textfont": {"size": 14, "color": BODY[body]}}

@@ -106,7 +106,7 @@ def name_bodies(
     low, high, bottom, top = box
     reach = 0.05 * (high - low)
     for body in BODY:
-        nodes = 1e3 * fields.points[np.unique(fields.cells[fields.region == REGIONS.index(body)])]
+        nodes = 1e3 * fields.nodes_of(body)
         seen = nodes[(nodes[:, 0] > low) & (nodes[:, 0] < high) & (nodes[:, 1] > bottom) & (nodes[:, 1] < top)]
         if not len(seen):
             continue

@@ -5,7 +5,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from geometry.surfaces.bodies import REGIONS
 from rail_fem.result.fields import Fields
 from rail_fem.result.result import PassResult
 from rail_fem.show.fields import cut_at, depth_below
@@ -36,7 +35,7 @@ def section_figure(result: PassResult, fields: Fields, name: str) -> Figure:
 
 def draw_section(column, fields: Fields, body: str, worst: int, colours: ScalarMappable) -> None:
     """Whole section and close view (the two axes of `column`) of a body at the x of its worst cell."""
-    mine = np.flatnonzero(fields.region == REGIONS.index(body))
+    mine = fields.of(body)
     position = fields.centre(worst)
     polygons, cut = cut_at(fields.points, fields.cells[mine], position[0])
     strain = fields.plastic_strain[mine[cut]]

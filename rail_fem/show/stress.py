@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from bem.exact.subsurface import von_mises
 from geometry.axes import VOIGT
-from geometry.surfaces.bodies import REGIONS
 from rail_fem.result.fields import Fields, field_file, read_fields
 from rail_fem.result.result import PassResult
 from rail_fem.show.fields import cut_at, depth_below
@@ -39,7 +38,7 @@ def stress_figure(result: PassResult, folder: Path, name: str) -> Figure:
     most stressed element; then, at the end of the run, stress along and across the track in the section of the largest
     plastic strain. Errors: FieldsError."""
     end = read_fields(field_file(folder))
-    bodies = [body for body in BODY if (end.region == REGIONS.index(body)).any()]
+    bodies = [body for body in BODY if len(end.of(body))]
     if not bodies:
         return words_instead(f"{name}: the fields hold neither wing nor nose, so there is no section to draw")
     figure, panels = new_panels(13.0, 3, len(bodies), squeeze=False)
@@ -90,14 +89,14 @@ def moment(result: PassResult, frame: Fields, body: str) -> str:
 
 def under_load(fields: Fields, body: str) -> FieldPanel:
     """Von Mises stress in the section of the body's most stressed element."""
-    mine = np.flatnonzero(fields.region == REGIONS.index(body))
+    mine = fields.of(body)
     values = von_mises(fields.stress[mine])
     return section(fields, mine, values, int(values.argmax()))
 
 
 def residual(fields: Fields, body: str, component: int) -> FieldPanel | None:
     """A component of stress in the section of the body's largest plastic strain; None where nothing has yielded."""
-    mine = np.flatnonzero(fields.region == REGIONS.index(body))
+    mine = fields.of(body)
     strain = fields.plastic_strain[mine]
     if not strain.max() > 0:
         return None
