@@ -18,8 +18,8 @@ def smoothed(
     The amount follows from the points themselves (generalised cross-validation); or the splines move points by `amount`
     [m] rms. Where a spline would move a point by more than FARTHEST times the noise [m] it rounds what it cannot
     follow: the stretch is cut at that point, and the splines are fitted anew. A cut where the smoothed line turns more
-    sharply than its noise explains is a corner that lay between points; at any other the point was an outlier, and the
-    cubic through its neighbours takes its place.
+    sharply than its noise explains is a corner that lay between points; one where it turns to and fro was an outlier,
+    and the cubic through its neighbours takes its place.
     """
     corners = cuts = np.asarray(corners, int)
     known: dict[tuple[int, int], np.ndarray] = {}
@@ -31,16 +31,22 @@ def smoothed(
             break
         cuts = np.union1d(cuts, worst[far[worst] > FARTHEST * noise])
     quiet = points + move
-    sharp = corner_turns(quiet, noise)
-    for k in np.setdiff1d(cuts, np.union1d(corners, np.flatnonzero(sharp) + 1)).astype(int):
+    sharp, turn = np.flatnonzero(corner_turns(quiet, noise)) + 1, np.pad(turns(quiet), 1)
+    # a point off a straight line makes it turn by half as much before and after, and back
+    share = np.array([turn[:-2], turn[2:]]) / np.where(turn[1:-1] == 0.0, np.inf, -turn[1:-1])
+    to_and_fro = np.flatnonzero(((share > 0.25) & (share < 1.0)).all(axis=0)) + 1
+    for k in np.intersect1d(np.setdiff1d(cuts, np.union1d(corners, sharp)), to_and_fro).astype(int):
         quiet[k] = from_neighbours(quiet, k)
-    return quiet, np.union1d(corners, np.intersect1d(cuts, np.flatnonzero(sharp) + 1)).astype(int)
+    return quiet, np.union1d(corners, np.intersect1d(cuts, sharp)).astype(int)
 
 
 def corner_turns(points: np.ndarray, noise: float) -> np.ndarray:
-    """(n - 2,)  True at inner points where the line turns by more than SHARP and than its noise makes it turn."""
-    step = np.hypot(*np.diff(points, axis=0).T)
-    return (np.abs(turns(points)) > SHARP) & (np.abs(turns(points)) > 8.0 * noise / np.minimum(step[:-1], step[1:]))
+    """(n - 2,)  True at inner points where the line turns by more than SHARP, than its noise makes it turn, and than it
+    bends two points away (one of few points turns so much along a curve)."""
+    step, turn = np.hypot(*np.diff(points, axis=0).T), np.abs(turns(points))
+    beyond = np.pad(turn, 2)
+    around = np.maximum(beyond[:-4], beyond[4:])
+    return (turn > SHARP) & (turn > 8.0 * noise / np.minimum(step[:-1], step[1:])) & (turn > 3.0 * around)
 
 
 def from_neighbours(points: np.ndarray, k: int) -> np.ndarray:

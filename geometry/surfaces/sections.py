@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.profiles.defects import noise_level, spikes, without_zigzag
-from geometry.profiles.doctor import MOST_TAKEN_OUT, NOISE
+from geometry.profiles.doctor import MOST_TAKEN_OUT, SPIKE
 from geometry.profiles.formats.slices import RailSlices
 from geometry.profiles.profile import ProfileError
 
@@ -61,7 +61,7 @@ def standing_out(body: SectionBody) -> tuple[np.ndarray, np.ndarray]:
     """Indices (k,) of points of a body's running surface that stand out of the line, and by how much in height [m]."""
     points, most = np.column_stack([body.u, body.z]), max(1, int(MOST_TAKEN_OUT * len(body.u)))
     kept = without_zigzag(points, most)
-    kept = np.delete(kept, spikes(points[kept], max(NOISE, 8.0 * noise_level(points)), most) if len(kept) > 8 else [])
+    kept = np.delete(kept, spikes(points[kept], max(SPIKE, 8.0 * noise_level(points)), most) if len(kept) > 8 else [])
     up = body.z - np.interp(body.u, *points[kept].T)
     running = (body.z > body.z.max() - FACE_DEPTH) & (np.abs(np.gradient(body.z, body.u)) < STEEPEST)
     at = np.setdiff1d(np.flatnonzero(running), kept)

@@ -109,7 +109,8 @@ def test_noise_is_measured_and_taken_out(level):
     assert noise_level(noisy) == pytest.approx(level, rel=0.25)
     found = examine(raw(noisy))
     assert says(found, "repaired", "smoothed")
-    assert says(found, "warning", "measure again") == (noise_level(noisy) > 10e-6)  # smoothing leaves some of it
+    # smoothing leaves some of it, the more the fewer points there are
+    assert says(found, "warning", "measure again") == (noise_level(noisy) * np.sqrt(0.4 / 0.25) > 10e-6)
     crown = np.linspace(-0.02, 0.02, 201)
     left = found.profile.graph_part().height(crown) - rail_head("60E1").height(crown)
     assert np.sqrt(np.mean(left**2)) < 0.5 * level

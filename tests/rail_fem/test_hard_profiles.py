@@ -11,6 +11,10 @@ from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile, worn
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.contact.load_sharing import static_equilibrium
+from rail_fem.models.rigid_hertz import solve
+from rail_fem.result.quantities import REPORTED
+from rail_fem.settings.light import RigidHertzSettings
+from tests.rail_fem.test_scene import make_scene
 
 MM = 1e-3
 WHEEL, RAIL = wheel_profile("P8"), rail_head("56E1", 1 / 20)
@@ -120,3 +124,24 @@ def test_vertical_walls_are_left_aside_and_the_head_between_them_carries(tmp_pat
     search = ContactSearch(Wheelset(WHEEL), Track(found.graph_part(), gauge_point=13.9 * MM))
     station = search.contacts(search.settle(), "left").lowest().rail_station[0]
     assert min(abs(station - y * MM) for y in (-24, -10, 0, 10)) < 1e-6  # it stands on an edge
+
+
+@pytest.mark.parametrize(
+    "name, apart, printed, most",
+    [("P8", 0.25, 2, 0.01), ("P8-worn", 0.5, 2, 0.01), ("P8", 0.25, 3, 0.003), ("S1002", 2.5, 6, 0.01)],
+)
+def test_what_a_file_prints_of_a_wheel_carries_its_forces(tmp_path, name, apart, printed, most):
+    """Rounding to 0.01 mm is 3 um of scatter: unsmoothed, P8's force on the wing was 22 % off, to 1 um 4 %. Of few
+    points nothing is smoothed but scatter."""
+    points = wheel_profile(name).points / MM
+    along = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    at = np.arange(0.0, along[-1], apart)
+    some = np.column_stack([np.interp(at, along, points[:, k]) for k in (0, 1)])
+    form = f"{{:.{printed}f}} {{:.{printed}f}}"
+    scene, settings = make_scene(), RigidHertzSettings(start=0.25, end=0.6, path_spacing=5e-3)
+    found, true = (
+        solve(scene.replace_si(wheel={"profile": profile}), settings, judged=False)
+        for profile in (str(through_a_file(tmp_path, some, form)), name)
+    )
+    for quantity in ("first_impact_on_nose", "largest_force", "largest_force_wing"):
+        assert REPORTED[quantity].of(found) == pytest.approx(REPORTED[quantity].of(true), rel=most), quantity
