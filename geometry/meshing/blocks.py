@@ -29,8 +29,6 @@ def mesh_box(lengths: tuple[float, float, float], counts: tuple[int, int, int], 
 
     surface is the top (z = lengths[2]), clamp the nodes of the bottom (z = 0). Volume exact.
     """
-    if min(lengths) <= 0 or min(counts) < 1:
-        raise MeshError(f"box of lengths {lengths} m, counts {counts}: all must be positive, counts at least 1")
     x, y, z = (length * (np.arange(count + 1) / count) for length, count in zip(lengths, counts))
     return mesh_grid(x, y, z, name)
 
@@ -42,7 +40,6 @@ def mesh_cap(
     height: float,
     size: float,
     fine: tuple[float, float, float],
-    growth: float = 1.3,
     facing: str = "down",
     name: str = "cap",
 ) -> HexMesh:
@@ -52,18 +49,16 @@ def mesh_cap(
 
     half_lengths : the block reaches to +- these in x and y [m];  height : its extent in z at the apex [m]
     size         : element size near the apex [m]
-    fine         : half widths in x and y and depth of the fine zone [m]; outside it cells grow by `growth`
+    fine         : half widths in x and y and depth of the fine zone [m]; outside it cells grow
     facing       : "down": apex at the origin, body above it, clamp on top; "up": mirrored, body below, clamp at the
         bottom
 
     Surface nodes lie on the exact surface; the opposite face is plane; columns are vertical. Raises MeshError where the
     block is wider than the surface or the surface higher than the block.
     """
-    if facing not in ("down", "up"):
-        raise MeshError(f"facing {facing!r}: choose 'down' or 'up'")
-    x = graded_line(-half_lengths[0], half_lengths[0], (-fine[0], fine[0]), size, growth)
-    y = graded_line(-half_lengths[1], half_lengths[1], (-fine[1], fine[1]), size, growth)
-    z = graded_line(0.0, height, (0.0, fine[2]), size, growth)
+    x = graded_line(-half_lengths[0], half_lengths[0], (-fine[0], fine[0]), size)
+    y = graded_line(-half_lengths[1], half_lengths[1], (-fine[1], fine[1]), size)
+    z = graded_line(0.0, height, (0.0, fine[2]), size)
     away = 1.0 if facing == "down" else -1.0
     face = lambda x, y: away * cap_height(x, y, radius_x, radius_y)
     return mesh_block(face, x, y, z, facing, name)

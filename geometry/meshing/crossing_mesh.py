@@ -36,9 +36,7 @@ class BodyMeshSpec:
     band : lateral range (y0, y1) where the wheel runs, constant or a function of x; fine there over fine_x
     fine_depth : depth of the fine block;  coarse : largest element size away from it
     anchor : a position on the body from which its slabs are counted, so that the mesh under the wheel does not hang on
-        where x_range ends:
-    slabs are then exactly of the fine length and fine_x grows by up to three of them at each end; None: they divide
-    fine_x evenly
+        where x_range ends: they are exactly of the fine length, and fine_x grows by up to three of them at each end
     design_x : the sections that decide the block's columns and which section is meshed, around fine_x; None: those of
         fine_x
     """
@@ -48,7 +46,7 @@ class BodyMeshSpec:
     band: Band
     fine_depth: float = 0.008
     coarse: float = 0.008
-    anchor: float | None = None
+    anchor: float = 0.0
     design_x: tuple[float, float] | None = None
 
     def band_at(self, x: float) -> tuple[float, float]:
@@ -61,7 +59,6 @@ class CrossingMeshSpec:
     """Mesh of a crossing: element_size is the fine size, the one number that sets the cost. Lengths in m.
 
     wing, nose : what to mesh of each body, None to leave it out;  base : z of the plane where the bodies are clamped
-    growth : ratio of neighbouring sizes away from the fine zone
     length : of the fine slabs along x; None: element_size
     """
 
@@ -69,7 +66,6 @@ class CrossingMeshSpec:
     wing: BodyMeshSpec | None = None
     nose: BodyMeshSpec | None = None
     base: float = -RAIL_DEPTH
-    growth: float = 1.3
     length: float | None = None
 
     @property
@@ -113,7 +109,7 @@ def check_bands(crossing, spec: CrossingMeshSpec) -> None:
             columns = _columns(name, body, x, curves, sizes)
             check_room(curves[middle], [(columns[middle][0], columns[middle][-1])], ring_width(sizes))
 
-        try_sizes(lay, spec.element_size, body.fine_depth, body.coarse, spec.growth)
+        try_sizes(lay, spec.element_size, body.fine_depth, body.coarse)
 
 
 def _mesh_body(name, body, section_at, spec):
@@ -131,7 +127,7 @@ def _mesh_body(name, body, section_at, spec):
             return _loft(name, body, stations, curves, sizes, sideways)
 
         try:
-            return try_sizes(make, spec.element_size, body.fine_depth, body.coarse, spec.growth)
+            return try_sizes(make, spec.element_size, body.fine_depth, body.coarse)
         except FoldedCellError as error:
             errors.append(error)
     raise errors[0]
@@ -157,10 +153,6 @@ def body_stations(body: BodyMeshSpec, spec: CrossingMeshSpec) -> Stations:
     """Fine over fine_x, longer outside; see BodyMeshSpec.anchor."""
     low, high = body.fine_x
     longest = longest_slab(spec.element_size, body.coarse)
-    if body.anchor is None:
-        line = graded_line(*body.x_range, body.fine_x, spec.slab, spec.growth, longest, multiple=3)
-        first, last = np.searchsorted(line, [low - 1e-9, high - 1e-9])
-        return Stations(line[:first], line[first : last + 1], 0, last - first, line[last + 1 :])
     group = 3 * spec.slab
     wide = body.design_x or body.fine_x
     ends = [
@@ -173,7 +165,7 @@ def body_stations(body: BodyMeshSpec, spec: CrossingMeshSpec) -> Stations:
     least = LEAST_END * spec.element_size
     low = body.x_range[0] if fine[0] - body.x_range[0] > least else fine[0]
     high = body.x_range[1] if body.x_range[1] - fine[1] > least else fine[1]
-    line = graded_line(low, high, fine, spec.slab, spec.growth, longest, multiple=3)
+    line = graded_line(low, high, fine, spec.slab, coarse=longest, multiple=3)
     return Stations(line[line < fine[0] - 1e-9], design, first, last, line[line > fine[1] + 1e-9])
 
 
@@ -227,20 +219,7 @@ def _chain(before, after, first, reference, last, count):
 
 def check_body(name: str, body: BodyMeshSpec, spec: CrossingMeshSpec) -> None:
     """Refuse what cannot be meshed before any geometry is evaluated; raises MeshError."""
-    errors = []
-    sizes = [size for of in (spec, body) for size in vars(of).values() if np.isscalar(size)]
-    numbers = [*sizes, *body.x_range, *body.fine_x]
-    if not np.isfinite(numbers).all():
-        errors.append(f"all lengths must be finite numbers, these are {numbers}")
-    elif not spec.element_size > 0:
-        errors.append(f"element_size {spec.element_size} m must be positive")
-    elif not spec.slab > 0:
-        errors.append(f"length of the elements {spec.slab} m must be positive")
-    else:
-        if not body.x_range[0] <= body.fine_x[0] < body.fine_x[1] <= body.x_range[1]:
-            errors.append(f"fine_x {body.fine_x} m must be a range inside x_range {body.x_range} m")
-        errors += size_errors(spec.element_size, body.coarse, body.fine_depth, spec.growth)
-    if errors:
+    if errors := size_errors(spec.element_size, body.coarse, body.fine_depth):
         raise MeshError(f"mesh of the {name}: " + "; ".join(errors))
 
 

@@ -33,7 +33,7 @@ class WheelMeshSpec:
     bands : lateral ranges (y0, y1) from D0 where the wheel touches, one or two, left to right
     fine_half_length : the patch is fine for |x| below this;  half_angle : of the sector [rad]
     rim_depth : height of the clamped inner rim above D0;  fine_depth : depth of the fine blocks
-    coarse : largest element size in a section;  growth : ratio of neighbouring sizes there
+    coarse : largest element size in a section
     length : of the fine slabs along the circumference; None: element_size
     """
 
@@ -44,7 +44,6 @@ class WheelMeshSpec:
     rim_depth: float = WHEEL_DEPTH
     fine_depth: float = 0.008
     coarse: float = 0.010
-    growth: float = 1.3
     length: float | None = None
 
     @property
@@ -79,7 +78,7 @@ def mesh_wheel(profile, radius: float, spec: WheelMeshSpec) -> HexMesh:
         check_shapes(mesh, "move or narrow the bands, or change the element size")
         return mesh
 
-    return try_sizes(make, spec.element_size, spec.fine_depth, spec.coarse, spec.growth, DEEPER_FROM)
+    return try_sizes(make, spec.element_size, spec.fine_depth, spec.coarse, DEEPER_FROM)
 
 
 def check_wheel_bands(profile, radius: float, spec: WheelMeshSpec) -> None:
@@ -92,7 +91,7 @@ def check_wheel_bands(profile, radius: float, spec: WheelMeshSpec) -> None:
         columns = [_columns(curve, band, sizes) for band in spec.bands]
         check_room(curve, [(line[0], line[-1]) for line in columns], ring_width(sizes))
 
-    try_sizes(lay, spec.element_size, spec.fine_depth, spec.coarse, spec.growth, DEEPER_FROM)
+    try_sizes(lay, spec.element_size, spec.fine_depth, spec.coarse, DEEPER_FROM)
 
 
 def arc_stations(radius: float, spec: WheelMeshSpec) -> np.ndarray:
@@ -100,26 +99,19 @@ def arc_stations(radius: float, spec: WheelMeshSpec) -> np.ndarray:
     from it slabs are longer than in a crossing, which is touched all along."""
     reach, fine = radius * spec.half_angle, (-spec.fine_half_length, spec.fine_half_length)
     longest = longest_slab(spec.element_size, spec.coarse, FAR)
-    return graded_line(-reach, reach, fine, spec.slab, max(spec.growth, GROWTH_ALONG), longest, multiple=3)
+    return graded_line(-reach, reach, fine, spec.slab, GROWTH_ALONG, longest, multiple=3)
 
 
 def check_wheel(radius: float, spec: WheelMeshSpec) -> None:
     """Refuse what cannot be meshed; raises MeshError with every input error."""
-    errors = []
-    numbers = [radius, *(size for size in vars(spec).values() if np.isscalar(size))]
-    if not np.isfinite(numbers).all() or min(numbers) <= 0:
-        errors.append(f"all sizes must be positive finite numbers, these are {numbers}")
-    else:
-        if not spec.rim_depth < 0.9 * radius:
-            errors.append(
-                f"rim_depth {spec.rim_depth * 1e3:.1f} mm must be below 0.9 of the radius {radius * 1e3:.1f} mm"
-            )
-        if not spec.fine_half_length <= radius * spec.half_angle or spec.half_angle > np.pi / 2:
-            errors.append(
-                f"fine_half_length {spec.fine_half_length * 1e3:.1f} mm must lie in the sector of"
-                f" +-{np.degrees(spec.half_angle):.1f} degrees, and that within +-90"
-            )
-        errors += size_errors(spec.element_size, spec.coarse, spec.fine_depth, spec.growth)
+    errors = size_errors(spec.element_size, spec.coarse, spec.fine_depth)
+    if not spec.rim_depth < 0.9 * radius:
+        errors.append(f"rim_depth {spec.rim_depth * 1e3:.1f} mm must be below 0.9 of the radius {radius * 1e3:.1f} mm")
+    if not spec.fine_half_length <= radius * spec.half_angle or spec.half_angle > np.pi / 2:
+        errors.append(
+            f"fine_half_length {spec.fine_half_length * 1e3:.1f} mm must lie in the sector of"
+            f" +-{np.degrees(spec.half_angle):.1f} degrees, and that within +-90"
+        )
     if (
         not spec.bands
         or any(not start < end for start, end in spec.bands)

@@ -37,7 +37,7 @@ class StraightRail:
 
 
 def rail_spec(size, **changes):
-    body = {"x_range": RANGE, "fine_x": FINE, "band": BAND} | changes
+    body = {"x_range": RANGE, "fine_x": FINE, "band": BAND, "anchor": FINE[0]} | changes
     return CrossingMeshSpec(size, wing=BodyMeshSpec(**body))
 
 
@@ -181,17 +181,16 @@ def test_asked_size_is_found_under_the_band_and_grades_away(rail):
     assert (np.ptp(corner, axis=1).max(axis=1) < 2.2 * (8 * MM + DEEPER * np.maximum(below - DEEPER_FROM, 0))).all()
 
 
-@pytest.mark.parametrize("anchor", [None, 1 * MM])
-def test_a_length_along_the_rail_changes_the_slabs_and_nothing_across(anchor):
+def test_a_length_along_the_rail_changes_the_slabs_and_nothing_across():
     """Twice as long: half the slabs over the fine zone, the same section, volume to the chords."""
-    square = mesh_crossing(StraightRail(), rail_spec(2 * MM, anchor=anchor))
-    spec = rail_spec(2 * MM, anchor=anchor)
+    spec = rail_spec(2 * MM, anchor=1 * MM)
+    square = mesh_crossing(StraightRail(), spec)
     long = mesh_crossing(StraightRail(), replace(spec, length=4 * MM))
     check_mesh(long)
     fine = [np.unique(np.round(mesh.points[:, 0], 9)) for mesh in (square, long)]
     steps = [np.diff(x[(x > FINE[0] - 1e-6) & (x < FINE[1] + 1e-6)]) for x in fine]
     np.testing.assert_allclose(steps[0], 2 * MM, rtol=0.05)
-    np.testing.assert_allclose(steps[1], 4 * MM, rtol=0.25 if anchor is None else 1e-9)
+    np.testing.assert_allclose(steps[1], 4 * MM, rtol=1e-9)
     sections = [mesh.points[np.isclose(mesh.points[:, 0], mesh.points[:, 0].min()), 1:] for mesh in (square, long)]
     np.testing.assert_allclose(*(np.sort(section, axis=0) for section in sections), atol=1e-9)
 
@@ -257,17 +256,12 @@ def _distance(points, polyline):
 @pytest.mark.parametrize(
     "size, changes, message",
     [
-        (0.0, {}, "mesh of the wing: element_size 0.0 m must be positive"),
-        (-1 * MM, {}, "element_size -0.001 m must be positive"),
-        (float("nan"), {}, "all lengths must be finite"),
         (50 * MM, {}, r"coarse size 8.00 mm is below the element size 50.00 mm.*fine_depth 8.00 mm.*smaller elements"),
         (
             50 * MM,
             {"coarse": 0.1, "fine_depth": 0.1},
             r"band is 20.\d\d mm wide, under two elements of 50.00 mm; widen it or take smaller elements",
         ),
-        (4 * MM, {"fine_x": (-60 * MM, 0.0)}, r"fine_x \(-0.06, 0.0\) m must be a range inside x_range"),
-        (4 * MM, {"fine_x": (10 * MM, -10 * MM)}, "must be a range inside x_range"),
         (
             4 * MM,
             {"band": (0.05, 0.07)},
@@ -296,9 +290,7 @@ def test_blocks_with_no_room_for_their_transition_are_refused():
         mesh_crossing(StraightRail(), spec)
 
 
-def test_growth_and_empty_crossing_are_refused():
-    with pytest.raises(MeshError, match=r"growth 1.0 is outside \[1.05, 3\]"):
-        mesh_crossing(StraightRail(), CrossingMeshSpec(4 * MM, wing=BodyMeshSpec(RANGE, FINE, BAND), growth=1.0))
+def test_an_empty_crossing_is_refused():
     with pytest.raises(MeshError, match="neither wing nor nose; specify at least one"):
         mesh_crossing(StraightRail(), CrossingMeshSpec(4 * MM))
 

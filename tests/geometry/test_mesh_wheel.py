@@ -147,10 +147,6 @@ def test_slabs_beyond_fine_ones_are_no_longer_than_their_ring_bears():
 @pytest.mark.parametrize(
     "radius, changes, message",
     [
-        (RADIUS, {"element_size": 0.0}, "all sizes must be positive finite"),
-        (RADIUS, {"element_size": -1 * MM}, "all sizes must be positive finite"),
-        (RADIUS, {"element_size": float("nan")}, "all sizes must be positive finite"),
-        (float("inf"), {}, "all sizes must be positive finite"),
         (
             RADIUS,
             {"element_size": 20 * MM},
@@ -159,7 +155,6 @@ def test_slabs_beyond_fine_ones_are_no_longer_than_their_ring_bears():
         (RADIUS, {"rim_depth": 0.4}, r"rim_depth 400.0 mm must be below 0.9 of the radius 425.0 mm"),
         (RADIUS, {"fine_half_length": 0.2}, r"fine_half_length 200.0 mm must lie in the sector of \+-12.0 degrees"),
         (RADIUS, {"half_angle": 2.0}, r"within \+-90"),
-        (RADIUS, {"growth": 5.0}, r"growth 5.0 is outside \[1.05, 3\]"),
         (RADIUS, {"bands": ()}, "at least one range"),
         (RADIUS, {"bands": ((0.01, 0.0),)}, "y0 < y1"),
         (RADIUS, {"bands": ((-0.01, 0.01), (0.0, 0.02))}, "in order and apart"),

@@ -45,7 +45,7 @@ def test_a_mesh_that_is_kept_is_the_one_that_is_made(folder):
     made = cap()()
     assert not is_kept(cap()) and same(kept(cap()), made) and is_kept(cap())
     assert same(kept(cap()), made) and len(list(folder.iterdir())) == 1
-    assert not is_kept(cap(0.9e-3)) and not is_kept(partial(cap(), growth=1.2))
+    assert not is_kept(cap(0.9e-3)) and not is_kept(partial(cap(), facing="down"))
 
 
 def test_other_speeds_loads_and_steels_find_the_meshes_other_shapes_do_not():

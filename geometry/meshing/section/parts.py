@@ -11,6 +11,7 @@ from geometry.meshing.section.curve import SectionCurve
 from geometry.meshing.section.smoothing import Smoother, corner_targets
 
 Made = TypeVar("Made")
+GROWTH, DEPTH_GROWTH = 1.3, 1.15  # of neighbouring sizes away from the block, of neighbouring layers in it
 KINDS = ("fine", "strip", "coarse")
 # below this depth of a crossing's section [m] sizes may grow by a share of what lies deeper: a field spreads over the
 # depth it has come to
@@ -24,15 +25,12 @@ class SectionSizes:
 
     fine : element size under the band;  depth : of the fine zone;  coarse : largest size down to
         deeper_from [m] below the section's top
-    growth : ratio of neighbouring sizes away from the block;  depth_growth : of neighbouring layers in it
     triple_ring : whether sizes triple along the outline in a ring round the block
     """
 
     fine: float
     depth: float
     coarse: float
-    growth: float = 1.3
-    depth_growth: float = 1.15
     triple_ring: bool = True
     deeper_from: float = DEEPER_FROM
 
@@ -41,23 +39,17 @@ class SectionSizes:
         return self.coarse + DEEPER * np.maximum(below - self.deeper_from, 0.0)
 
 
-def size_errors(fine: float, coarse: float, depth: float, growth: float) -> list[str]:
-    """What is wrong with sizes [m] and their growth."""
-    errors = [
+def size_errors(fine: float, coarse: float, depth: float) -> list[str]:
+    """What is wrong with sizes [m]."""
+    return [
         f"{what} {size * 1e3:.2f} mm is below the element size {fine * 1e3:.2f} mm: take smaller elements or a {remedy}"
         for what, size, remedy in (("coarse size", coarse, "larger one"), ("fine_depth", depth, "deeper fine zone"))
         if size < fine
     ]
-    return errors + ([] if 1.05 <= growth <= 3 else [f"growth {growth} is outside [1.05, 3]"])
 
 
 def try_sizes(
-    make: Callable[[SectionSizes], Made],
-    fine: float,
-    depth: float,
-    coarse: float,
-    growth: float,
-    deeper_from: float = DEEPER_FROM,
+    make: Callable[[SectionSizes], Made], fine: float, depth: float, coarse: float, deeper_from: float = DEEPER_FROM
 ) -> Made:
     """What `make` makes with the triple ring where that pays, or without it where it fails or does not pay; lengths in
     m.
@@ -67,7 +59,7 @@ def try_sizes(
     errors = []
     for triple_ring in (True, False) if 3 * fine <= TRIPLE_LIMIT * coarse else (False,):
         try:
-            return make(SectionSizes(fine, depth, coarse, growth, triple_ring=triple_ring, deeper_from=deeper_from))
+            return make(SectionSizes(fine, depth, coarse, triple_ring=triple_ring, deeper_from=deeper_from))
         except MeshError as error:
             errors.append(error)
     raise errors[0]

@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.meshing.gmsh_fill import badness, fill_with_quads, inner_angles
 from geometry.meshing.hexmesh import MeshError, cross_2d
-from geometry.meshing.section.parts import SectionParts, rectangle
+from geometry.meshing.section.parts import GROWTH, SectionParts, rectangle
 
 Outline = Callable[[np.ndarray], np.ndarray]
 FACTORS = (1.0, 0.9, 1.1, 0.8)  # on the sizes along the boundary, each tried
@@ -114,7 +114,7 @@ def divide_boundary(parts: SectionParts, loops: list[np.ndarray], factor: float)
     distance = np.min([np.abs(along - end) for end in ends], axis=0)
     top = curve.points[:, 1].max()
     largest = np.maximum(sizes.largest(top - curve.at(along)[:, 1]), first)
-    size = factor * np.minimum(first + (sizes.growth - 1) * distance, largest)
+    size = factor * np.minimum(first + (GROWTH - 1) * distance, largest)
     count = np.append(0.0, np.cumsum((along[1] - along[0]) * 0.5 * (1 / size[1:] + 1 / size[:-1])))
     sharp, pieces = curve.arc[curve.sharp_points()], []
     for start, end in zip([0.0] + ends[1::2], ends[0::2] + [curve.length]):

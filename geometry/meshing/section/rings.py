@@ -8,7 +8,7 @@ thin and valid, and then grow as they are smoothed.
 import numpy as np
 
 from geometry.meshing.section.curve import SectionCurve
-from geometry.meshing.section.parts import SectionParts, SectionSizes, rectangle
+from geometry.meshing.section.parts import DEPTH_GROWTH, SectionParts, SectionSizes, rectangle
 
 # Thickness of the ring that triples sizes along the outline, in fine sizes, and where its template's inner nodes lie in
 # it: V / A_max of its hexahedra is 0.8 of the fine size.
@@ -45,7 +45,7 @@ def depth_steps(sizes: SectionSizes) -> np.ndarray:
     Below them the cells of the next ring are still fine along the outline down to its middle: the layers and that part
     together come nearest to the depth asked for.
     """
-    steps = sizes.fine * sizes.depth_growth ** np.arange(200)
+    steps = sizes.fine * DEPTH_GROWTH ** np.arange(200)
     below = RING_MIDDLE * RING_THICKNESS * sizes.fine
     return steps[: max(2, 1 + np.abs(np.cumsum(steps) + below - sizes.depth).argmin())]
 
