@@ -19,23 +19,16 @@ ATTEMPTS = [
 ]
 
 
-def fill_with_quads(
-    polygon: np.ndarray, largest: float, angles: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
+def fill_with_quads(polygon: np.ndarray, largest: float, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Quadrilaterals that fill a simple polygon, sized by its edges and graded between them.
 
     polygon : (n, 2) corners anticlockwise, n even; they become the first n nodes and no other node lies on the boundary
     largest : largest size inside [same unit as polygon];  angles : (s, n) inner angles [rad] at the corners, where the
-        polygon takes
-    s shapes that the mesh must follow; its own if None
+        polygon takes s shapes that the mesh must follow
     Returns nodes (m, 2) and quads (k, 4) anticlockwise. Gmsh may leave triangles; so every second corner is tried too,
     with each triangle and quad then cut in three or four quads. The best of all attempts by `badness` is taken.
     Raises MeshError where the polygon crosses itself or nothing succeeds.
     """
-    if len(polygon) % 2:
-        raise MeshError(
-            f"a polygon of {len(polygon)} edges cannot be filled with quadrilaterals only; give it an even number"
-        )
     _check_simple(polygon)
     found = [mesh for mesh in in_gmsh_process(_attempts, polygon, largest) if len(mesh[1])]
     if not found:
@@ -43,8 +36,7 @@ def fill_with_quads(
             f"Gmsh found no quadrilaterals in a polygon of {len(polygon)} edges near {polygon.mean(axis=0) * 1e3} mm;"
             " change the element sizes or the band a little"
         )
-    shapes = inner_angles(polygon)[None] if angles is None else angles
-    return min(found, key=lambda mesh: badness(mesh[0], mesh[1], shapes))
+    return min(found, key=lambda mesh: badness(mesh[0], mesh[1], angles))
 
 
 def _attempts(polygon, largest):

@@ -91,13 +91,6 @@ class SectionLoft:
     x: np.ndarray
     sections: tuple[Profile, ...]
 
-    def __post_init__(self):
-        if len(self.x) != len(self.sections) or len(self.x) < 2 or not np.all(np.diff(self.x) > 0):
-            raise ProfileError(
-                f"loft: {len(self.sections)} sections at {len(self.x)} stations; it needs at least 2, one a station,"
-                " stations growing"
-            )
-
     def section(self, x: float) -> Profile:
         """The section at x [m]. Error: second order in the stations' distance (tests/geometry/test_section_loft.py)."""
         if not self.x[0] <= x <= self.x[-1]:

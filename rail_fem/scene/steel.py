@@ -41,20 +41,9 @@ class Steel:
             curve = np.array(getattr(self, name), dtype=float)
             curve.flags.writeable = False
             object.__setattr__(self, name, curve)
-        self._check_elasticity()
         self._check_curve()
 
-    def _check_elasticity(self) -> None:
-        for name in ("youngs_modulus", "density"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise ValueError(f"steel: {name} is {value!r}, must be positive and finite")
-        if not -1 < self.poisson < 0.5:
-            raise ValueError(f"steel: poisson is {self.poisson!r}, must be between -1 and 0.5")
-
     def _check_curve(self) -> None:
-        if self.hardening not in ("isotropic", "kinematic"):
-            raise ValueError(f"steel: hardening is {self.hardening!r}, must be 'isotropic' or 'kinematic'")
         if self.hardening_strain.shape == self.hardening_stress.shape == (0,):
             return
         try:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from geometry.meshing import gmsh_process as module
-from geometry.meshing.gmsh_fill import _check_simple, fill_with_quads
+from geometry.meshing.gmsh_fill import _check_simple, fill_with_quads, inner_angles
 from geometry.meshing.gmsh_process import gmsh_process, in_gmsh_process
 from geometry.meshing.hexmesh import MeshError
 
@@ -23,7 +23,7 @@ def loaded(name: str) -> bool:
 
 def test_a_square_of_four_quadrilaterals_comes_back_without_gmsh_in_this_process():
     before = "gmsh" in sys.modules  # another test of this process may have needed it
-    points, quads = fill_with_quads(SQUARE, 1.0)
+    points, quads = fill_with_quads(SQUARE, 1.0, inner_angles(SQUARE)[None])
     assert np.array_equal(points[:8], SQUARE) and len(quads) == 4
     corners = points[quads]
     turned = np.roll(corners, -1, axis=1)
@@ -78,7 +78,7 @@ def test_a_gmsh_that_dies_is_an_error_of_one_mesh(ends, said):
     with gmsh_process():
         with pytest.raises(MeshError, match=f"Gmsh's process ended {said}; mend the file .* change the element sizes"):
             in_gmsh_process(*ends)
-        assert len(fill_with_quads(SQUARE, 1.0)[1]) == 4
+        assert len(fill_with_quads(SQUARE, 1.0, inner_angles(SQUARE)[None])[1]) == 4
 
 
 def test_a_gmsh_that_hangs_is_ended(monkeypatch):

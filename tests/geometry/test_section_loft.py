@@ -157,7 +157,5 @@ def test_what_cannot_be_is_refused():
         upper_line(a, b)
     with pytest.raises(ProfileError, match="share 1.5"):
         between(a, b, 1.5)
-    with pytest.raises(ProfileError, match="stations growing"):
-        SectionLoft(np.array([0.0, 0.0]), (a, b))
     with pytest.raises(ProfileError, match="outside its stations"):
         SectionLoft(np.array([0.0, 1.0]), (a, b)).section(2.0)

@@ -8,7 +8,6 @@ from bem.exact.hertz import tangent_stiffness
 from geometry.axes import tread_datum_y
 from geometry.path.wheel_path import wheel_path
 from geometry.profiles.wheel import wheel_profile
-from geometry.surfaces.crossing import CrossingError
 from geometry.surfaces.joint import Joint, joint_rail
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.warnings import case_warnings
@@ -221,10 +220,3 @@ def test_a_gap_s_rails_are_meshed_to_their_ends():
 def test_what_is_no_joint_is_refused(tmp_path, lines, complaint):
     with pytest.raises(CaseError, match=complaint):
         load_case(case_with(tmp_path, *lines))
-
-
-def test_a_bend_longer_than_the_dip_is_refused():
-    with pytest.raises(CrossingError, match="below a quarter"):
-        Joint(5e-3, 0.1, "straight", 0.05)
-    with pytest.raises(CrossingError, match="unknown shape"):
-        Joint(5e-3, 1.0, "round")

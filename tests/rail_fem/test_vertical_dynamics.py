@@ -174,13 +174,6 @@ def test_static_rest_carries_the_load():
     )
 
 
-def test_bad_shapes_and_steps_are_refused():
-    with pytest.raises(ValueError, match="odd number"):
-        integrate(free_pair(), np.zeros(2), np.zeros(2), 1e-5, ContactLaw(np.zeros((1, 4)), np.ones((1, 4))))
-    with pytest.raises(ValueError, match="must be positive"):
-        integrate(free_pair(), np.zeros(2), np.zeros(2), 0.0, law(2, 1e9, 1.0))
-
-
 def test_a_motion_that_is_no_number_is_told_with_its_step():
     law = ContactLaw(np.zeros((1, 21)), np.full((1, 21), SPRING))
     with pytest.raises(FloatingPointError, match="not finite from step 0 of 10 on"):

@@ -83,12 +83,9 @@ def cut_at_base(points: np.ndarray, base: float, where: str) -> SectionCurve:
     """The part of a section above the height `base` [m], ending exactly on it.
 
     points : (n, 2) outline from the left foot over the top to the right foot; feet above the base are prolonged
-    straight down to it. `where` names the section in messages. Raises MeshError where the section is not finite,
-    has repeated points, or nothing of it is above the base.
+    straight down to it. `where` names the section in messages. Raises MeshError where nothing of
+    it is above the base.
     """
-    points = np.asarray(points, dtype=float)
-    if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
-        raise MeshError(f"{where}: the section must be an (n, 2) array of finite numbers; it has shape {points.shape}")
     top = points[:, 1].argmax()
     if points[top, 1] <= base + 1e-6:
         raise MeshError(

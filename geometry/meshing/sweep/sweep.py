@@ -12,7 +12,7 @@ Over each group of three slabs: fine quads give three hexahedra, coarse quads on
 
 import numpy as np
 
-from geometry.meshing.hexmesh import HexMesh, MeshError, boundary_faces, orient
+from geometry.meshing.hexmesh import HexMesh, boundary_faces, orient
 from geometry.meshing.section.quads import QuadSection
 
 
@@ -33,8 +33,6 @@ def sweep(
     1.
     """
     stations = len(positions)
-    if stations % 3 != 1 or stations < 4:
-        raise MeshError(f"{stations} stations for {name}; the 3:1 transition needs a multiple of three slabs")
     cells = orient(positions.reshape(-1, 3), _cells(section, stations))
     used = np.unique(cells)
     number = np.full(positions.shape[0] * positions.shape[1], -1)
