@@ -14,7 +14,6 @@ import numpy as np
 from scipy import sparse
 
 from bem.checks import refuse_unless_positive
-from bem.plane.internal import signed_distance
 from bem.plane.mesh import BoundaryMesh
 
 MOST_CELLS = 20_000  # of one body: its dense flexibility takes 13 GB
@@ -65,7 +64,7 @@ def fill_with_cells(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]
         raise CellError("an infinite body cannot be filled with cells: cut it off, or go by the Laplace domain")
     corner, side = _quadtree(mesh, size)
     loops = [mesh.start[loop] for loop in mesh.loops]
-    inward = signed_distance(mesh, corner + side[:, None] / 2)
+    _, _, inward = mesh.locate(corner + side[:, None] / 2)
     near = np.abs(inward) < side * np.sqrt(0.5)
     edges, kept, whole = [], [], []
     for k in np.flatnonzero(near):
@@ -143,7 +142,8 @@ def _quadtree(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]) -> t
         wanted = np.asarray(size(sample.reshape(-1, 2)), float).reshape(-1, 5).min(axis=1)
         refuse_unless_positive(CellError, **{"cell size [m]": float(wanted.min())})
         centre = corner + side[:, None] / 2
-        meets = signed_distance(mesh, centre) > -side * np.sqrt(0.5)
+        _, _, inward = mesh.locate(centre)
+        meets = inward > -side * np.sqrt(0.5)
         split = meets & (side > wanted * (1 + 1e-9))
         done.append((corner[meets & ~split], side[meets & ~split]))
         half = side[split] / 2

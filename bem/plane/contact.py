@@ -24,6 +24,7 @@ from bem.plane.coulomb import (
     ContactState,
     ContactSystem,
     Control,
+    local_motion,
     refuse_bad_friction,
     solve_step,
 )
@@ -96,7 +97,7 @@ def contact_system(interface: Interface, carrier: CondensedBody, other: Condense
     carrier.condense(interface.on_slave)
     other.condense(interface.on_master)
     own = carrier.displacement(interface.points, interface.nodes) + other.displacement(interface.feet)
-    n, (nx, ny), (x, y) = len(interface.nodes), interface.normals.T, interface.points.T
+    n, (nx, ny) = len(interface.nodes), interface.normals.T
 
     def local_rows(rows: np.ndarray) -> np.ndarray:  # x, y -> along the normal, along the tangent (-ny, nx)
         return np.vstack(
@@ -109,8 +110,8 @@ def contact_system(interface: Interface, carrier: CondensedBody, other: Condense
         [-(relative[:, :n] * nx + relative[:, n:] * ny), relative[:, n:] * nx - relative[:, :n] * ny]
     )
     compliance[:n] *= -1  # gap = (other - carrier) along the normal
-    turn = np.vstack([np.column_stack([-nx, -ny, nx * y - ny * x]), np.column_stack([-ny, nx, ny * y + nx * x])]) * sign
-    return ContactSystem(interface.gap, compliance, turn, turn.T * np.r_[interface.mass, interface.mass])
+    motion = local_motion(interface.points, interface.normals) * sign
+    return ContactSystem(interface.gap, compliance, motion, motion.T * np.r_[interface.mass, interface.mass])
 
 
 def _refuse_pull(control: Control, system: ContactSystem) -> None:

@@ -60,6 +60,13 @@ class ContactSystem:
         return len(self.gap)
 
 
+def local_motion(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Gaps then slips (2n, 3) of nodes at points (n, 2) [m] by unit motions x, y and rotation of their body; normals
+    (n, 2) out of it."""
+    (x, y), (nx, ny) = points.T, normals.T
+    return np.vstack([np.column_stack([-nx, -ny, nx * y - ny * x]), np.column_stack([-ny, nx, ny * y + nx * x])])
+
+
 @dataclass(frozen=True)
 class Control:
     """What controls the slave: in each of x, y and rotation either a motion or a load.

@@ -17,9 +17,7 @@ from bem.checks import plane_points, refuse_unless_positive
 from bem.exact.subsurface import von_mises_plane
 from bem.plane.boundary import BoundarySolution, resultant_map
 from bem.plane.kelvin import components, displacement_sums, resultant_integrals, stress_sums
-from bem.plane.mesh import BoundaryMesh
 from bem.plane.outline import Outline
-from kernel_cache import njit
 
 _NEAR = 0.5  # nearer than this (in element lengths) the stress is interpolated down to the boundary
 _VERTEX = 0.1  # next to a vertex the sum is bridged over this part of both elements
@@ -34,41 +32,10 @@ class PositionError(ValueError):
     """Points at which no field can be given."""
 
 
-@njit(cache=True)
-def _nearest(x, y, ax, ay, bx, by):
-    """Nearest segment of each point: its index, the foot's fraction along it, and the signed distance (left positive)
-    [m]."""
-    index, fraction, distance = np.zeros(x.size, np.int64), np.zeros(x.size), np.zeros(x.size)
-    for i in range(x.size):
-        best, best_side = np.inf, 0.0
-        for e in range(ax.size):
-            dx, dy = bx[e] - ax[e], by[e] - ay[e]
-            px, py = x[i] - ax[e], y[i] - ay[e]
-            square = dx * dx + dy * dy
-            t = min(max((px * dx + py * dy) / square, 0.0), 1.0)
-            away = (px - t * dx) ** 2 + (py - t * dy) ** 2
-            side = (dx * py - dy * px) / np.sqrt(square)
-            # of two segments that share the nearest vertex, the one seen less from its end tells the side
-            if away < best * (1 - 1e-12) - 1e-300 or (away <= best * (1 + 1e-12) and abs(side) > abs(best_side)):
-                best, best_side = away, side
-                index[i], fraction[i], distance[i] = e, t, np.copysign(np.sqrt(away), side)
-    return index, fraction, distance
-
-
-def _locate(mesh: BoundaryMesh, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    start, end = mesh.start, mesh.end
-    return _nearest(points[:, 0], points[:, 1], start.real, start.imag, end.real, end.imag)
-
-
-def signed_distance(mesh: BoundaryMesh, points: np.ndarray) -> np.ndarray:
-    """Distance (m,) [m] of points (m, 2) from the boundary, positive within the body."""
-    return _locate(mesh, points)[2]
-
-
 def displacement_at(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
     """Displacement (m, 2) [m] at points (m, 2) [m]; nan outside the body."""
     points = plane_points(points, PositionError)
-    return _inside_displacement(solution, points, _locate(solution.mesh, points))
+    return _inside_displacement(solution, points, solution.mesh.locate(points))
 
 
 def _inside_displacement(solution: BoundarySolution, points: np.ndarray, located: tuple) -> np.ndarray:
@@ -92,7 +59,7 @@ def _displacement(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
 def stress_at(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
     """Stress (m, 3) xx, yy, xy [Pa] at points (m, 2) [m]; nan outside the body."""
     points = plane_points(points, PositionError)
-    return _inside_stress(solution, points, _locate(solution.mesh, points))
+    return _inside_stress(solution, points, solution.mesh.locate(points))
 
 
 def _inside_stress(solution: BoundarySolution, points: np.ndarray, located: tuple) -> np.ndarray:
@@ -199,7 +166,7 @@ def field_at(solution: BoundarySolution, points: np.ndarray) -> Field:
     if points.ndim < 2:
         raise PositionError(f"points have the shape {points.shape}: give an array (..., 2) of at least two dimensions")
     flat, shape = plane_points(points.reshape(-1, points.shape[-1]), PositionError), points.shape[:-1]
-    located = _locate(solution.mesh, flat)
+    located = solution.mesh.locate(flat)
     stress, moved = _inside_stress(solution, flat, located), _inside_displacement(solution, flat, located)
     return Field(
         points,

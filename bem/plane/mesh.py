@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 from bem.checks import plane_points, refuse_unless_positive
 from bem.plane.curve import divide
 from bem.plane.outline import CORNER, Outline, OutlineError
+from kernel_cache import njit
 
 
 @dataclass(frozen=True)
@@ -112,6 +113,18 @@ class BoundaryMesh:
             raise OutlineError(f"no edge is called {name!r}: there are {sorted(set(self.names))}")
         return np.unique(np.r_[self.first[chosen], self.last[chosen]])
 
+    def places(self, nodes: np.ndarray) -> np.ndarray:
+        """Where each density (n,) stands among `nodes`, densities of this mesh; -1 where it is none of them."""
+        place = np.full(self.densities, -1)
+        place[nodes] = np.arange(len(nodes))
+        return place
+
+    def locate(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Nearest element (m,) of points (m, 2) [m], the foot's fraction along it, and the distance [m] from it,
+        positive within the body."""
+        start, end = self.start, self.end
+        return _nearest(points[:, 0], points[:, 1], start.real, start.imag, end.real, end.imag)
+
     def positions(self) -> np.ndarray:
         """Where each density sits (n, 2): its vertex [m]."""
         position = np.empty((self.densities, 2))
@@ -126,6 +139,27 @@ class BoundaryMesh:
         element = np.arange(k)
         points = np.r_[self.start, (self.start + self.end) / 2]
         return (points, np.r_[element, k + element], np.r_[k + element, self.following], np.r_[self.first, self.last])
+
+
+@njit(cache=True)
+def _nearest(x, y, ax, ay, bx, by):
+    """Nearest segment of each point: its index, the foot's fraction along it, and the signed distance (left positive)
+    [m]."""
+    index, fraction, distance = np.zeros(x.size, np.int64), np.zeros(x.size), np.zeros(x.size)
+    for i in range(x.size):
+        best, best_side = np.inf, 0.0
+        for e in range(ax.size):
+            dx, dy = bx[e] - ax[e], by[e] - ay[e]
+            px, py = x[i] - ax[e], y[i] - ay[e]
+            square = dx * dx + dy * dy
+            t = min(max((px * dx + py * dy) / square, 0.0), 1.0)
+            away = (px - t * dx) ** 2 + (py - t * dy) ** 2
+            side = (dx * py - dy * px) / np.sqrt(square)
+            # of two segments that share the nearest vertex, the one seen less from its end tells the side
+            if away < best * (1 - 1e-12) - 1e-300 or (away <= best * (1 + 1e-12) and abs(side) > abs(best_side)):
+                best, best_side = away, side
+                index[i], fraction[i], distance[i] = e, t, np.copysign(np.sqrt(away), side)
+    return index, fraction, distance
 
 
 def _number_densities(double: np.ndarray, following: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

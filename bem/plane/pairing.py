@@ -149,8 +149,7 @@ def _two_axes(matrix: np.ndarray) -> np.ndarray:
 
 def _own_cells(mesh: BoundaryMesh, nodes: np.ndarray) -> np.ndarray:
     """Cell forces (N, n) of unit tractions at nodes on their own mesh."""
-    column = np.full(mesh.densities, -1)
-    column[nodes] = np.arange(len(nodes))
+    column = mesh.places(nodes)
     matrix = np.zeros((mesh.densities, len(nodes)))
     for cell, near, far in ((mesh.first, mesh.first, mesh.last), (mesh.last, mesh.last, mesh.first)):
         for hat, share in ((near, 0.375), (far, 0.125)):
@@ -185,8 +184,7 @@ class _Chain:
 def _transfer(slave: BoundaryMesh, nodes: np.ndarray, chain: _Chain, position: np.ndarray) -> np.ndarray:
     """Forces (Nm, n) on the master's cells of unit tractions at the slave's nodes; position (k, 2) : feet of element
     ends, nan if none."""
-    column = np.full(slave.densities, -1)
-    column[nodes] = np.arange(len(nodes))
+    column = slave.places(nodes)
     matrix = np.zeros((chain.mesh.densities, len(nodes)))
     used = np.flatnonzero((column[slave.first] >= 0) | (column[slave.last] >= 0))
     for e in used:

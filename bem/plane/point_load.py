@@ -71,18 +71,14 @@ class PointLoad(InnerLoad):
 
     def refuse_outside(self, mesh: BoundaryMesh) -> None:
         """Raise PointLoadError when the load acts outside the body or within half an element of its boundary."""
-        start, step = mesh.start, mesh.end - mesh.start
-        share = np.clip(((self._at - start) * np.conj(step)).real / np.abs(step) ** 2, 0, 1)
-        distance = np.abs(self._at - start - share * step)
-        nearest = int(np.argmin(distance))
+        (element,), _, (inward,) = mesh.locate(np.array([self.at], float))
         position = f"the point ({self._at.real:.6g}, {self._at.imag:.6g}) m of a load or hub"
-        if distance[nearest] < 0.5 * mesh.lengths[nearest]:
+        if abs(inward) < 0.5 * mesh.lengths[element]:
             raise PointLoadError(
-                f"{position} lies {distance[nearest]:.3g} m from the boundary, less than half its element of "
-                f"{mesh.lengths[nearest]:.3g} m: move it inward, or refine the mesh there"
+                f"{position} lies {abs(inward):.3g} m from the boundary, less than half its element of "
+                f"{mesh.lengths[element]:.3g} m: move it inward, or refine the mesh there"
             )
-        turns = np.angle((mesh.end - self._at) / (start - self._at)).sum() / (2 * np.pi)
-        if round(turns) != (0 if mesh.infinite else 1):
+        if inward < 0:
             (low_x, low_y), (high_x, high_y) = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
             raise PointLoadError(
                 f"{position} lies outside the body, whose boundary spans x {low_x:.6g} to {high_x:.6g}, y {low_y:.6g}"

@@ -16,7 +16,7 @@ import numpy as np
 from bem.material import contact_modulus
 from bem.plane.body import Body
 from bem.plane.boundary import EquilibriumError
-from bem.plane.coulomb import ContactState, ContactSystem, Control, ConvergenceError, solve_step
+from bem.plane.coulomb import ContactState, ContactSystem, Control, ConvergenceError, local_motion, solve_step
 from bem.plane.kelvin import displacement_integrals
 from bem.plane.mesh import BoundaryMesh, Sizing, Zone, mesh_outline
 from bem.plane.outline import CORNER, Outline
@@ -78,8 +78,7 @@ def _half_plane_system(
 ) -> ContactSystem:
     """Contact of uncoupled half-planes at nodes of a mesh: log(r / level) between them along both axes, whatever the
     face's shape."""
-    column = np.full(mesh.densities, -1)
-    column[nodes] = np.arange(len(nodes))
+    column = mesh.places(nodes)
     e = np.flatnonzero((column[mesh.first] >= 0) & (column[mesh.last] >= 0))
     points, normals, n = mesh.middles[nodes], mesh.normals[nodes], len(nodes)
     first, last = column[mesh.first[e]], column[mesh.last[e]]
@@ -87,9 +86,8 @@ def _half_plane_system(
     mass = np.bincount(first, mesh.lengths[e] / 2, n) + np.bincount(last, mesh.lengths[e] / 2, n)
     normal = -2 / (np.pi * modulus) * (log_r - mass * np.log(level))
     zero = np.zeros((n, n))
-    (x, y), (nx, ny) = points.T, normals.T
-    turn = np.vstack([np.column_stack([-nx, -ny, nx * y - ny * x]), np.column_stack([-ny, nx, ny * y + nx * x])])
-    return ContactSystem(gap, np.block([[normal, zero], [zero, normal]]), turn, turn.T * np.r_[mass, mass])
+    motion = local_motion(points, normals)
+    return ContactSystem(gap, np.block([[normal, zero], [zero, normal]]), motion, motion.T * np.r_[mass, mass])
 
 
 def _estimate_once(

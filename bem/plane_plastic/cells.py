@@ -13,7 +13,6 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from bem.checks import plane_points, refuse_unless_positive
-from bem.plane.internal import _locate
 from bem.plane.mesh import BoundaryMesh
 
 MOST_CELLS = 2_000_000
@@ -210,7 +209,7 @@ def check_inside(cells: Cells, mesh: BoundaryMesh) -> None:
     middle = (cells.vertices + cells.vertices[cells.following]) / 2
     length = np.hypot(*(cells.vertices[cells.following] - cells.vertices).T)
     on = boundary_edges(cells, mesh) >= 0
-    _, _, distance = _locate(mesh, middle)
+    _, _, distance = mesh.locate(middle)
     wrong = np.flatnonzero(~on & (distance < _ON_BOUNDARY * length))
     if len(wrong):
         k = wrong[int(np.argmin(distance[wrong]))]

@@ -73,8 +73,7 @@ def solve_increment(
 def _refuse_collapse(section: PlasticSection, returned: Returned) -> None:
     """Cells are stiffer than the steel, so that a collapsing body goes on carrying a little more at ever larger
     strain."""
-    grown = np.sqrt(2 / 3 * np.einsum("kc...,kc...->k...", returned.increment, returned.increment))
-    worst = float((section.state.peeq[section.active] + grown).max(initial=0.0))
+    worst = float((section.state.peeq[section.active] + returned.growth).max(initial=0.0))
     if worst > COLLAPSED:
         raise NoEquilibriumError(
             f"plastic strain of {worst:.1%}, beyond {COLLAPSED:.0%}: the body collapses, or strain is no longer small"

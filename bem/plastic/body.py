@@ -74,7 +74,7 @@ class PlasticBody:
         window.refuse_too_large(window.window_memory)
         self.grid, self.thickness, self.layers = grid, float(thickness), int(layers)
         self.elastic, self.hardening = elastic, hardening
-        self.depths = (np.arange(layers) + 0.5) * thickness
+        self.depths = window.depths
         self.state = PlasticState.virgin((layers, 5, *grid.shape), hardening.back_stresses)
         self.residual = np.zeros((layers, 5, *grid.shape))
         self.surface, self.faint = np.zeros(grid.shape), 0.0

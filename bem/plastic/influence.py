@@ -49,10 +49,6 @@ class Cells:
         return (np.arange(self.nz) + 0.5) * self.dz
 
     @property
-    def volume(self) -> float:
-        return self.dx * self.dy * self.dz
-
-    @property
     def period(self) -> tuple[int, int]:
         """Even FFT lengths that hold all offsets."""
         return tuple(2 * fft.next_fast_len(max(count, 2), real=True) for count in (self.nx, self.ny))

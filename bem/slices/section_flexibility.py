@@ -175,8 +175,7 @@ class _Straightened:
 
     def __init__(self, mesh: BoundaryMesh, nodes: np.ndarray) -> None:
         m = len(nodes)
-        column = np.full(mesh.densities, -1)
-        column[nodes] = np.arange(m)
+        column = mesh.places(nodes)
         e = np.flatnonzero((column[mesh.first] >= 0) | (column[mesh.last] >= 0))
         begin = np.full(mesh.elements, np.nan)
         lengths = mesh.lengths

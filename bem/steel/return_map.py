@@ -55,6 +55,11 @@ class Returned:
     along: np.ndarray
     across: np.ndarray
 
+    @property
+    def growth(self) -> np.ndarray:
+        """(nz, nx, ny) of the equivalent plastic strain."""
+        return np.sqrt(2 / 3 * np.einsum("kc...,kc...->k...", self.increment, self.increment))
+
     def root(self, field: np.ndarray) -> np.ndarray:
         """The square root of the tangent times a field (nz, 5, nx, ny)."""
         across = np.sqrt(self.across)
@@ -82,7 +87,7 @@ def radial_return(trial: np.ndarray, state: PlasticState, hardening: YieldLaw, s
 
 def advanced(state: PlasticState, found: Returned, hardening: YieldLaw) -> PlasticState:
     """The state after an increment."""
-    grown = np.sqrt(2 / 3 * np.einsum("kc...,kc...->k...", found.increment, found.increment))
+    grown = found.growth
     peeq, back = state.peeq + grown, state.back
     if isinstance(hardening, NonlinearKinematic):
         back = hardening.moved(back, found.direction, grown)

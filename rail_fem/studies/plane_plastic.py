@@ -9,7 +9,7 @@ the stress down to the yield surface point by point ("capped"), so that the fiel
 equilibrium is restored in each step, and finite elements with the same steel judge that.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -20,10 +20,11 @@ from scipy.interpolate import LinearNDInterpolator
 from bem.material import STEEL
 from bem.plane.contact import Settings
 from bem.plane.coulomb import Control
-from bem.plane_plastic.capped import capped_return
 from bem.plane_plastic.cells import Cells
+from bem.plane_plastic.section import flat, unflat
 from bem.plane_plastic.yielding_contact import PlasticContact, Region
-from bem.steel.hardening import Hardening
+from bem.steel.hardening import Hardening, YieldLaw
+from bem.steel.return_map import PlasticState, advanced, radial_return
 from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
 from rail_fem.static_fe.plane_strain import Fineness
@@ -77,6 +78,24 @@ def judge(contact: PlasticContact, size: float, steps: int, slope: float = 0.0) 
     for k in range(1, steps + 1):
         found.go_to(LOAD * k / steps)
     return found
+
+
+def capped_return(
+    strains: Sequence[np.ndarray], hardening: YieldLaw, shear: float
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """The elastic field of each load as it is; where it leaves the yield surface the deviator is returned to it and the
+    difference counted as plastic strain. The stress does not balance the load.
+
+    strains : per load 2 G elastic strain (3, m) of points, as deviators [Pa]; shear : modulus G [Pa].
+    Returns per load the deviator of stress (3, m) [Pa] and the equivalent plastic strain (m,).
+    """
+    state, stresses, peeqs = PlasticState.virgin((strains[0].shape[1], 3, 1, 1), hardening.back_stresses), [], []
+    for strain in strains:
+        trial = strain.ravel() - 2 * shear * flat(state.strain)
+        state = advanced(state, radial_return(unflat(trial), state, hardening, shear), hardening)
+        stresses.append((strain.ravel() - 2 * shear * flat(state.strain)).reshape(3, -1))
+        peeqs.append(state.peeq[:, 0, 0].copy())
+    return stresses, peeqs
 
 
 def on_cells(cells: Cells, step: PlasticPlaneStep) -> tuple[np.ndarray, np.ndarray]:

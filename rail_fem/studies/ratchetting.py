@@ -20,9 +20,8 @@ import typer
 
 from bem.cycle_jumps import LEAST_FLOW, VERDICTS, JumpRule
 from bem.plastic.rolling_line import NoEquilibriumError, RollingHistory, rolling_line_contact
-from bem.steel.closed_forms import ratchet_strain
 from bem.steel.cyclic_law import CyclicLaw, cyclic_law
-from bem.steel.paths import uniaxial_cycles
+from bem.steel.paths import ratchet_strain, uniaxial_cycles
 from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
 from rail_fem.studies.harness import OUT, QUICK, spent

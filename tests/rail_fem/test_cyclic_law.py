@@ -7,9 +7,8 @@ from scipy.integrate import solve_ivp
 from bem.cycle_jumps import VERDICTS
 from bem.material import first_loading
 from bem.plastic.rolling_line import rolling_line_contact
-from bem.steel.closed_forms import ratchet_strain
 from bem.steel.cyclic_law import cyclic_law, equivalent
-from bem.steel.paths import UNIAXIAL_STRAIN, at_rest, march, uniaxial_cycles
+from bem.steel.paths import UNIAXIAL_STRAIN, at_rest, march, ratchet_strain, uniaxial_cycles
 from tests.order import assert_order
 
 YOUNG, POISSON, YIELD = 210e9, 0.3, 300e6
