@@ -56,10 +56,6 @@ class Creepage:
         """As of LocalCreepage: that of a strip; all strips of a plane patch have the same."""
         return self
 
-    def mirrored(self) -> Creepage:
-        """Seen in the mirror x -> -x."""
-        return Creepage(-self.longitudinal, self.lateral, -self.spin)
-
     def added(self, longitudinal: float, lateral: float) -> Creepage:
         """With a uniform slip more."""
         return Creepage(self.longitudinal + longitudinal, self.lateral + lateral, self.spin)
@@ -107,10 +103,6 @@ class LocalCreepage:
         """That of the strip at y as one creepage about x = y = 0."""
         longitudinal, lateral, spin = map(float, self.strips(np.array(y)))
         return Creepage(longitudinal + spin * y, lateral, spin)
-
-    def mirrored(self) -> LocalCreepage:
-        """Seen in the mirror x -> -x."""
-        return LocalCreepage(self.y, -np.asarray(self.longitudinal), self.lateral, -np.asarray(self.spin))
 
     def added(self, longitudinal: float, lateral: float) -> LocalCreepage:
         """With a uniform slip more."""

@@ -2,8 +2,8 @@
 
 The slip of body 1 over body 2 is s = w + C q with the rigid slip w and the elastic part C q of the tractions q:
   shift            C q = u(q)                              (displacement difference, symmetric)
-  steady rolling   C q = (u(q; x) - u(q; x + dx)) / dx     (per metre rolled towards +x; from cell centre to cell
-  centre)
+  steady rolling   C q = (u(q; x) - u(q; x + d dx)) / dx   (per metre rolled along d x, d = +-1; from cell centre to
+  cell centre)
 Friction asks for |q| <= g = mu p in every cell, with q = -g s/|s| where it slides: a variational inequality. C is a
 periodic convolution with positive real part on the padded grid, so C is monotone, the solution is unique and the
 Douglas-Rachford splitting converges to it from anywhere: one step solves (lambda + C) by FFT, the other projects onto
@@ -31,10 +31,11 @@ _RELAXATION = 1.5
 
 
 class TangentialOperator:
-    """C of the module's head for one grid: products and the resolvent (lambda + C)^-1 by FFT."""
+    """C of the module's head for one grid: products and the resolvent (lambda + C)^-1 by FFT. direction : of rolling
+    along x, 0 for a shift"""
 
-    def __init__(self, grid: Grid, pair: Pair, rolling: bool) -> None:
-        self.grid, self.rolling = grid, rolling
+    def __init__(self, grid: Grid, pair: Pair, direction: int) -> None:
+        self.grid, self.direction = grid, direction
         self.size = padded_shape(*grid.shape)
         scale = 1 / (np.pi * pair.shear)
         both = scale * kernel_spectrum("1/r", grid, self.size)
@@ -42,8 +43,7 @@ class TangentialOperator:
         self.xx = (1 - pair.poisson) * both + along
         self.yy = both - along
         self.xy = (scale * pair.poisson) * kernel_spectrum("xy/r3", grid, self.size)
-        wave = 2 * np.pi * fft.fftfreq(self.size[0])
-        self.step = ((1 - np.exp(1j * wave)) / grid.dx)[:, None] if rolling else np.ones((self.size[0], 1))
+        self.step = rolled_step(self.size[0], grid.dx, direction)
 
     @property
     def magnitude(self) -> float:
@@ -67,6 +67,14 @@ class TangentialOperator:
         first, second, mixed = shift + self.step * self.xx, shift + self.step * self.yy, self.step * self.xy
         determinant = first * second - mixed**2
         return second / determinant, -mixed / determinant, first / determinant
+
+
+def rolled_step(size: int, dx: float, direction: int) -> np.ndarray:
+    """(size, 1) spectrum by which displacement becomes slip per metre rolled, or stays itself in a shift (0)."""
+    if direction == 0:
+        return np.ones((size, 1))
+    wave = 2 * np.pi * fft.fftfreq(size)
+    return ((1 - np.exp(1j * direction * wave)) / dx)[:, None]
 
 
 @dataclass
@@ -102,7 +110,7 @@ def solve_friction(
     if not (bound > 0).any():
         zero = np.zeros_like(rigid_slip)
         return FrictionSolution(zero, rigid_slip * (bound > 0), np.zeros(bound.shape, bool), np.zeros(2), 0, 0.0)
-    shift = operator.magnitude * _step_factor(operator.grid, operator.rolling)
+    shift = operator.magnitude * _step_factor(operator.grid, operator.direction != 0)
     state = _start(operator, rigid_slip, start, shift)
     inverse = operator.inverse(shift)
     uniform = _UniformSlip(operator, bound, force, inverse)

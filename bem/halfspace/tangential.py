@@ -17,7 +17,7 @@ import numpy as np
 
 from bem.creepage import LocalCreepage
 from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
-from bem.halfspace.friction import FrictionSolution, TangentialOperator, solve_friction
+from bem.halfspace.friction import FrictionSolution, TangentialOperator, rolled_step, solve_friction
 from bem.halfspace.influence import backward, forward, kernel_spectrum, padded_shape
 from bem.halfspace.input import check_creepage, check_force, check_friction, check_rolling, check_shift, contact_bounds
 from bem.halfspace.pressure import NormalOperator, solve_pressure
@@ -97,8 +97,8 @@ def rolling_contact(
             " give the creepages, and look for the motion that gives the force"
         )
     notes = check_friction(friction) + check_creepage(creepage, contact_bounds(patch))
-    problem = _Problem.of(patch, Pair.of(upper, lower), friction, creepage, force, True, tolerance)
-    return _solve(patch, problem, direction, estimate, patch.method == HALF_SPACE, notes)
+    problem = _Problem.of(patch, Pair.of(upper, lower), friction, creepage, force, direction, tolerance)
+    return _solve(patch, problem, estimate, patch.method == HALF_SPACE, notes)
 
 
 @renamed(first="upper", second="lower")
@@ -162,16 +162,16 @@ def shift_contact(
         raise ContactInputError("previous: needs a patch with tractions on the same grid")
     notes = check_friction(friction)
     check_shift(shift, contact_bounds(patch))
-    problem = _Problem.of(patch, Pair.of(upper, lower), friction, shift, force, False, tolerance)
+    problem = _Problem.of(patch, Pair.of(upper, lower), friction, shift, force, 0, tolerance)
     if previous is not None:
         before = np.moveaxis(previous.traction, -1, 0)
         problem = replace(problem, traction_before=before, pressure_before=previous.pressure)
-    return _solve(patch, problem, 1, estimate, patch.method == HALF_SPACE and previous is None, notes)
+    return _solve(patch, problem, estimate, patch.method == HALF_SPACE and previous is None, notes)
 
 
 @dataclass
 class _Problem:
-    """One tangential problem on one grid, rolling towards +x, or a shift."""
+    """One tangential problem on one grid, rolling along direction * x, or a shift (0)."""
 
     pair: Pair
     grid: Grid
@@ -181,40 +181,30 @@ class _Problem:
     friction: float
     motion: Creepage | LocalCreepage
     force: Force
-    rolling: bool
+    direction: int
     tolerance: float
     traction_before: np.ndarray | None = None
     pressure_before: np.ndarray | None = None
 
     @classmethod
-    def of(cls, patch: Patch, pair: Pair, friction: float, motion, force: Force, rolling: bool, tolerance: float):
+    def of(cls, patch: Patch, pair: Pair, friction: float, motion, force: Force, direction: int, tolerance: float):
         """On a patch; refuses a force that friction cannot carry."""
         check_force((force[0], force[1]), friction * patch.normal_force)
         place = patch.grid, patch.gap, patch.pressure, patch.approach
-        return cls(pair, *place, friction, motion, (force[0], force[1]), rolling, tolerance)
+        return cls(pair, *place, friction, motion, (force[0], force[1]), direction, tolerance)
 
 
-def _solve(
-    patch: Patch, problem: _Problem, direction: int, estimate: bool, own_pressure: bool, notes: tuple[str, ...]
-) -> Patch:
+def _solve(patch: Patch, problem: _Problem, estimate: bool, own_pressure: bool, notes: tuple[str, ...]) -> Patch:
     started, friction, motion = time.perf_counter(), problem.friction, problem.motion
-    if direction < 0:
-        problem = _mirrored(problem)
     solution, turned, turns = _turns(problem)
     error = _estimate(problem, solution, turned, patch.error, own_pressure) if estimate else patch.error
-    found = solution.rigid * [direction, 1]
     notes += _convergence_notes(solution, turns, problem.tolerance)
     if estimate and np.isnan(error.tangential_force) and solution.traction.any():
         notes += (
             f"error of the tangential force not estimated: the patch is under {2 * _COARSEST_CELLS} cells across;"
             " refine the grid",
         )
-    if direction < 0:
-        solution = replace(
-            solution, traction=_flip(solution.traction), slip=_flip(solution.slip), stick=solution.stick[::-1]
-        )
-        turned = replace(turned, pressure=turned.pressure[::-1])
-    moved, (_, _, low, high) = motion.added(*map(float, found)), contact_bounds(patch)
+    moved, (_, _, low, high) = motion.added(*map(float, solution.rigid)), contact_bounds(patch)
     cost = patch.cost + Cost(time.perf_counter() - started, solution.iterations, 2 * solution.iterations + 1)
     fields = _last(solution.traction), _last(solution.slip), solution.stick, friction, moved.about((low + high) / 2)
     local = moved if isinstance(moved, LocalCreepage) else None
@@ -224,23 +214,6 @@ def _solve(
 
 def _last(field: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(np.moveaxis(field, 0, -1))
-
-
-def _flip(field: np.ndarray) -> np.ndarray:
-    """A vector field (2, nx, ny) seen in the mirror x -> -x."""
-    return np.stack([-field[0, ::-1], field[1, ::-1]])
-
-
-def _mirrored(problem: _Problem) -> _Problem:
-    x_force = None if problem.force[0] is None else -problem.force[0]
-    return replace(
-        problem,
-        grid=replace(problem.grid, x_first=-problem.grid.x[-1]),
-        gap=None if problem.gap is None else problem.gap[::-1],
-        pressure=problem.pressure[::-1],
-        motion=problem.motion.mirrored(),
-        force=(x_force, problem.force[1]),
-    )
 
 
 def _rigid_slip(problem: _Problem) -> np.ndarray:
@@ -253,9 +226,7 @@ def _rigid_slip(problem: _Problem) -> np.ndarray:
     force of pure spin is off by 0.3 % so, by 3 % with the slip at the centres or half a cell ahead.
     """
     x, y = problem.grid.points()
-    if problem.rolling:
-        x = x + problem.grid.dx / 4
-    return problem.motion.rigid_slip(x, y)
+    return problem.motion.rigid_slip(x + problem.direction * problem.grid.dx / 4, y)
 
 
 def _turns(problem: _Problem) -> tuple[FrictionSolution, _Problem, int]:
@@ -297,11 +268,11 @@ def _tangential(
     shape = problem.grid.shape
     counts = (part.stop - part.start for part in box)
     grid = Grid(problem.grid.x[box[0]][0], problem.grid.y[box[1]][0], problem.grid.dx, problem.grid.dy, *counts)
-    operator = TangentialOperator(grid, problem.pair, problem.rolling)
+    operator = TangentialOperator(grid, problem.pair, problem.direction)
     slip = _rigid_slip(problem)
     if coupling is not None:
         before = 0.0 if problem.pressure_before is None else problem.pressure_before
-        slip += coupling.tangential_motion(problem.pressure - before, problem.rolling)
+        slip += coupling.tangential_motion(problem.pressure - before, problem.direction)
     slip = slip[:, box[0], box[1]]
     if problem.traction_before is not None:
         slip = slip - operator.product(problem.traction_before[:, box[0], box[1]])
@@ -353,12 +324,9 @@ class CouplingOperator:
         spectrum = self.along * forward(traction[0], self.size) + self.across * forward(traction[1], self.size)
         return backward(spectrum, self.grid.shape, self.size)
 
-    def tangential_motion(self, pressure: np.ndarray, rolling: bool) -> np.ndarray:
+    def tangential_motion(self, pressure: np.ndarray, direction: int) -> np.ndarray:
         """(2, nx, ny) displacement difference [m] by pressure, or in rolling its slip per metre [1]."""
-        spectrum = -forward(pressure, self.size)
-        if rolling:
-            wave = 2 * np.pi * np.arange(self.size[0]) / self.size[0]
-            spectrum *= ((1 - np.exp(1j * wave)) / self.grid.dx)[:, None]
+        spectrum = -forward(pressure, self.size) * rolled_step(self.size[0], self.grid.dx, direction)
         return np.stack(
             [backward(kernel * spectrum, self.grid.shape, self.size) for kernel in (self.along, self.across)]
         )
@@ -385,7 +353,7 @@ def _estimate(
     of_cells, doubled, fourfold = found
     bound = (
         _SHARE_ROLLING * error_bound(of_cells, doubled, fourfold, 1, edge_share(turned.pressure, FORCE_STAIRS))
-        if problem.rolling
+        if problem.direction
         else _SHARE_SHIFT * error_bound(of_cells, doubled, fourfold)
     )
     return replace(

@@ -131,20 +131,14 @@ class CondensedBody:
             moved += fields @ self.reaction
         return moved
 
-    def solution(
-        self, amplitude: np.ndarray, motion: np.ndarray | None = None, about: np.ndarray | None = None
-    ) -> BoundarySolution:
-        """Field under load patterns of the given amplitude (m,), with a rigid motion (x, y, rotation) about a point
-        (None: the origin) added."""
+    def solution(self, amplitude: np.ndarray, motion: np.ndarray | None = None) -> BoundarySolution:
+        """Field under load patterns of the given amplitude (m,), with a rigid motion (x, y, rotation) about the origin
+        added."""
         n = self.mesh.densities
-        shift = self.shift @ amplitude
-        rotation = 0.0
-        if motion is not None:
-            rotation = float(motion[2])
-            pivot = np.zeros(2) if about is None else about
-            shift = shift + motion[:2] + rotation * np.array([pivot[1], -pivot[0]])
-        density = (self.density @ amplitude).reshape(2, n).T
-        return BoundarySolution(self.mesh, self.body.material, density, shift, self.hub_loads(amplitude), rotation)
+        motion = np.zeros(3) if motion is None else motion
+        shift, density = self.shift @ amplitude + motion[:2], (self.density @ amplitude).reshape(2, n).T
+        loads = self.hub_loads(amplitude)
+        return BoundarySolution(self.mesh, self.body.material, density, shift, loads, float(motion[2]))
 
     def hub_loads(self, amplitude: np.ndarray) -> tuple[PointLoad, ...]:
         """What balances load patterns of the given amplitude (m,) at the hub, where there is one."""

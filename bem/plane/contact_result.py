@@ -120,7 +120,7 @@ class ContactResult:
         amplitude = self._on_carrier(step).T.ravel() * (1 if body == self.carrier else -1)
         if body == "fixed":
             return self.fixed.solution(amplitude)
-        return self.moving.solution(amplitude, self.steps[step].motion, np.zeros(2))
+        return self.moving.solution(amplitude, self.steps[step].motion)
 
 
 def _edge(points: np.ndarray, pressure: np.ndarray, node: int, direction: int, count: int) -> np.ndarray:

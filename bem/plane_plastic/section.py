@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bem.plane.boundary import MEMORY_LIMIT, BoundaryProblem, BoundarySolution, TooLargeError, displacement_matrix
+from bem.plane.boundary import MEMORY_LIMIT, BoundaryProblem, TooLargeError, displacement_matrix
 from bem.plane.kelvin import stress_sums
 from bem.plane.point_load import PointLoad
 from bem.plane_plastic.cells import CellError, Cells, boundary_edges, check_inside
@@ -191,13 +191,6 @@ class PlasticSection:
             mean = -np.sqrt(6) * strain[1] * (1 + poisson) / (3 * (1 - 2 * poisson))  # bulk modulus over 2 G
         xx, yy, xy = TO_PLANE @ deviator
         return np.column_stack([xx + mean, yy + mean, mean - xx - yy, xy])
-
-    def solution(self, density: np.ndarray, plastic: np.ndarray, elastic: BoundarySolution) -> BoundarySolution:
-        """The layers' part of the field, without the cells' own."""
-        n = self.problem.mesh.densities
-        w = (density + self.density @ plastic).reshape(2, n).T
-        shift = elastic.shift + self.shift @ plastic
-        return BoundarySolution(self.problem.mesh, self.elastic, w, shift, elastic.loads, elastic.rotation)
 
 
 def _complex(vector: np.ndarray) -> np.ndarray:

@@ -60,7 +60,7 @@ def test_periodic_influence_is_positive_so_that_friction_converges(ratio, poisso
     """Every 2 x 2 block of the tangential spectrum and every entry of the normal one is positive: C is monotone."""
     grid = Grid.over((-1, 1), (-1 / ratio, 1 / ratio), *cells)
     assert kernel_spectrum("1/r", grid).min() > 0
-    operator = TangentialOperator(grid, Pair(1.0, poisson, 0.0), rolling=False)
+    operator = TangentialOperator(grid, Pair(1.0, poisson, 0.0), direction=0)
     assert (operator.xx + operator.yy).min() > 0
     assert (operator.xx * operator.yy - operator.xy**2).min() > 0
 
@@ -71,8 +71,8 @@ def test_slip_per_metre_rolled_is_the_difference_of_displacements():
     wide = Grid(GRID.x_first, GRID.y_first, GRID.dx, GRID.dy, GRID.nx + 1, GRID.ny)
     padded = np.zeros((2, *wide.shape))
     padded[:, :-1] = traction
-    displacement = TangentialOperator(wide, pair, rolling=False).product(padded)
-    slip = TangentialOperator(GRID, pair, rolling=True).product(traction)
+    displacement = TangentialOperator(wide, pair, direction=0).product(padded)
+    slip = TangentialOperator(GRID, pair, direction=1).product(traction)
     expected = (displacement[:, :-1] - displacement[:, 1:]) / GRID.dx
     np.testing.assert_allclose(slip, expected, atol=1e-11 * np.abs(expected).max())
 
@@ -85,7 +85,7 @@ def test_coupling_is_reciprocal():
     rng = np.random.default_rng(3)
     pressure, traction = rng.random(GRID.shape), rng.standard_normal((2, *GRID.shape))
     normal = (pressure * coupling.normal_displacement(traction)).sum()
-    tangential = (traction * coupling.tangential_motion(pressure, rolling=False)).sum()
+    tangential = (traction * coupling.tangential_motion(pressure, direction=0)).sum()
     assert normal == pytest.approx(tangential, rel=1e-11)
     assert abs(normal) > 0
 
