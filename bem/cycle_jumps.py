@@ -149,8 +149,7 @@ def run_cycles(
     """
     if cycles < 1 or not (0 < rule.tolerance < 1 and rule.window >= 3 and rule.steepest > 0 and rule.longest >= 0):
         raise ValueError(f"{cycles} cycles by {rule}: at least 1, tolerance within 0 and 1, a window of 3 or more")
-    run = _Run(cycle, cycles, measure, drifts, rule, judged, admit or (lambda state: state))
-    run.start(state)
+    run = _Run(cycle, state, cycles, measure, drifts, rule, judged, admit or (lambda state: state))
     while run.last.end < cycles and not run.still():
         length = run.length()
         if length >= rule.window:
@@ -176,15 +175,13 @@ class _Window(NamedTuple):
 class _Run:
     """The cycles so far."""
 
-    def __init__(self, cycle, cycles, measure, drifts, rule, judged, admit) -> None:
+    def __init__(self, cycle, state, cycles, measure, drifts, rule, judged, admit) -> None:
         self._cycle, self.cycles, self._measure, self.drifts = cycle, cycles, measure, drifts
         self.rule, self.judged, self._admit = rule, judged, admit
         self.jumps: list[Jump] = []
         self.computed = self.refused = 0
         self.bound = np.inf  # on the next jump, by what the last one missed
-
-    def start(self, state: np.ndarray) -> None:
-        first = self._measure(state)
+        first = measure(state)
         none = np.zeros_like(state)
         self.number, self.measures, self.error = [0], [first], [0 * self._size(first)]
         self.total = self.error[0]  # largest growth of each measure so far

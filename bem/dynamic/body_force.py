@@ -194,11 +194,9 @@ class CellForces(InnerLoad):
     """
 
     def __init__(self, cells: Cells, forces: np.ndarray, memo: dict | None = None) -> None:
-        self.cells, self.forces, self._memo = cells, forces, memo
+        self.cells, self.forces, self._memo = cells, forces, {} if memo is None else memo
 
     def _matrix(self, make: Callable, material: Elastic, *points: np.ndarray) -> np.ndarray:
-        if self._memo is None:
-            return make(*points, self.cells, material)
         key = (make.__name__, *(p.tobytes() for p in points))
         if key not in self._memo:
             self._memo[key] = make(*points, self.cells, material)

@@ -88,13 +88,6 @@ class TangentialMotion:
         return Striker(path=lambda time: self.velocity * time, velocity=self.velocity, axis=tangent)
 
 
-def moved_mass(striker: Striker) -> float:
-    """Mass of a striker that the contact slows [kg/m]. Raises DynamicsError for one that follows a path."""
-    if striker.mass is None:
-        raise DynamicsError("a striker that follows a path has no mass to slow")
-    return striker.mass
-
-
 class StrikerOutline(NamedTuple):
     """What strikes, in its position at time 0, and its boundary mesh."""
 
@@ -262,15 +255,15 @@ class Carriage:
 
     def __init__(self, striker: Striker, scheme: Scheme, step: float) -> None:
         self.striker, self.scheme, self.step = striker, scheme, step
-        # position per force at a step's end [m^2/N]
-        self.mobility = 0.0 if striker.mass is None else scheme.flexibility(step) / striker.mass
+        self.mass = np.inf if striker.mass is None else striker.mass  # nothing slows what follows a path
+        self.mobility = scheme.flexibility(step) / self.mass  # position per force at a step's end [m^2/N]
 
     def begin(self) -> StrikerMotion:
         """The striker at the start, before it touches."""
         striker = self.striker
         if striker.path is not None:
             return StrikerMotion(float(striker.path(0.0)), striker.velocity, 0.0, striker.load)
-        return StrikerMotion(0.0, striker.velocity, striker.load / moved_mass(striker), striker.load)
+        return StrikerMotion(0.0, striker.velocity, striker.load / self.mass, striker.load)
 
     def predicted(self, at: StrikerMotion, time: float) -> float:
         """Position at the end of a step in which no contact force acts at its end."""
@@ -286,7 +279,7 @@ class Carriage:
         return StrikerMotion(*self._moved(at, force), force)
 
     def _moved(self, at: StrikerMotion, after: float) -> tuple[float, float, float]:
-        return self.scheme.moved(self.step, moved_mass(self.striker), at.x, at.v, at.a, at.force, after)
+        return self.scheme.moved(self.step, self.mass, at.x, at.v, at.a, at.force, after)
 
     def work(self, mean: float, moved: float) -> float:
         """Of its load, or of what guides it along its path against a mean contact force [N/m], over a way [m]."""

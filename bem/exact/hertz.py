@@ -124,15 +124,6 @@ def _axis_ratio(radius_ratio: float) -> float:
     return float(np.exp(brentq(mismatch, np.log(radius_ratio) - 1, 0.0, xtol=1e-15, rtol=1e-15)))
 
 
-def _ellipse_shape(radius_x: float, radius_y: float) -> tuple[float, float, float, float]:
-    """Axis ratio k = b/a <= 1, K, D and B for relative radii [m]; the major axis lies along the larger radius."""
-    large, small = max(radius_x, radius_y), min(radius_x, radius_y)
-    if small / large < 1e-12:
-        raise HertzError(f"radii {radius_x}, {radius_y} m: ratio below 1e-12, use line_contact")
-    ratio = _axis_ratio(small / large)
-    return (ratio, *_ellipse_integrals(ratio))
-
-
 @renamed(force="load")
 def point_contact(load: float, radius_x: float, radius_y: float, modulus: float) -> PointContact:
     """Hertz point contact over an ellipse.
@@ -163,8 +154,12 @@ def point_contact(load: float, radius_x: float, radius_y: float, modulus: float)
     1238
     """
     refuse_unless_positive(HertzError, load=load, radius_x=radius_x, radius_y=radius_y, modulus=modulus)
-    ratio, k, d, _ = _ellipse_shape(radius_x, radius_y)
-    major = (3 * load * d * max(radius_x, radius_y) / (np.pi * modulus)) ** (1 / 3)
+    large, small = max(radius_x, radius_y), min(radius_x, radius_y)
+    if small / large < 1e-12:
+        raise HertzError(f"radii {radius_x}, {radius_y} m: ratio below 1e-12, use line_contact")
+    ratio = _axis_ratio(small / large)
+    k, d, _ = _ellipse_integrals(ratio)
+    major = (3 * load * d * large / (np.pi * modulus)) ** (1 / 3)
     minor = ratio * major
     if not 0 < major * minor < np.inf:
         raise HertzError(f"load {load} N on radii {radius_x}, {radius_y} m: a patch of {major} by {minor} m is none")

@@ -77,14 +77,11 @@ class Cells:
             )
 
 
-def _spectra(cells: Cells, period: tuple[int, int], levels: np.ndarray, gauss: int) -> np.ndarray:
-    """(levels, 36, kx, ky) real spectra of the corner functions' differences over a cell, quadrant of wave numbers.
-
-    gauss : points each way over which the observer's cell is averaged; 1 is its centre
-    """
-    reach = period[0] // 2, period[1] // 2
+def _spectra(cells: Cells, levels: np.ndarray) -> np.ndarray:
+    """(levels, 36, kx, ky) real spectra of the corner functions' differences over a cell, quadrant of wave numbers."""
+    reach = cells.period[0] // 2, cells.period[1] // 2
     spectra = np.empty((len(levels), COUNT, reach[0] + 1, reach[1] + 1))
-    points, weights = np.polynomial.legendre.leggauss(gauss)
+    points, weights = np.polynomial.legendre.leggauss(_GAUSS)
     for k, level in enumerate(levels):
         plane = 0.0
         for p, one in zip(points / 2, weights / 2):
@@ -109,11 +106,11 @@ def _quadrant(quarter: np.ndarray, odd_x: bool, odd_y: bool) -> np.ndarray:
     return quarter
 
 
-def _tables(elastic: Elastic, name: str, rows: np.ndarray, unit: float) -> tuple[np.ndarray, np.ndarray]:
+def _tables(elastic: Elastic, name: str, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Full space and surface: (outputs, 5, 34, 2, 2) of rows (outputs, components) of a field by deviators."""
     tables = coefficient_tables(elastic.poisson)
     return tuple(
-        unit * np.einsum("oi,ikfmn,kc->ocfmn", rows, tables[f"{part} {name}"], FROM_DEVIATOR)
+        elastic.shear * np.einsum("oi,ikfmn,kc->ocfmn", rows, tables[f"{part} {name}"], FROM_DEVIATOR)
         for part in ("full", "surface")
     )
 
@@ -137,7 +134,7 @@ class StressInfluence:
         cells.refuse_too_large()
         self.cells, self.elastic, self.products = cells, elastic, 0
         self.levels = np.arange(2 * cells.nz + 1) * cells.dz
-        self._corner_spectra = _spectra(cells, cells.period, self.levels, _GAUSS)
+        self._corner_spectra = _spectra(cells, self.levels)
         self.matrix = self._matrix(TO_DEVIATOR, ODD_X, ODD_Y)
         self._rough = self.matrix.astype(np.float32)
         self._mean = None
@@ -177,10 +174,8 @@ class StressInfluence:
         """(modes, nz 5, nz outputs): one real matrix per wave number of the quadrant, transposed."""
         cells, elastic = self.cells, self.elastic
         signs = _signs(odd_x, odd_y)
-        full, surface = (
-            t * signs[..., None, None, None] for t in _tables(elastic, "layer stress", rows, elastic.shear)
-        )
-        face = _tables(elastic, "stress", rows, elastic.shear)[0][..., 0, 0] * signs[..., None]
+        full, surface = (t * signs[..., None, None, None] for t in _tables(elastic, "layer stress", rows))
+        face = _tables(elastic, "stress", rows)[0][..., 0, 0] * signs[..., None]
         above = np.array([[depth_parity(pair, k) for k in range(6)] for pair in PAIRS])
         turned = np.sign(np.einsum("oi,ik,kc->oc", np.abs(rows), above, np.abs(FROM_DEVIATOR)))
         flat = self._corner_spectra.reshape(len(self.levels), COUNT, -1)

@@ -294,7 +294,7 @@ def _solve_on(problem: _Problem, grid: Grid, corrections: list[Flexibility]) -> 
     cosines = problem.cosines(grid.y)
     operator = SliceOperator(grid, problem.pair, corrections, cosines)
     along = _gap_at(problem, grid, problem.approach or 0.0)
-    solution = _pressed(problem, operator, along, None)
+    solution = solve_pressure(operator, along, problem.load, problem.approach)
     iterations, change = solution.iterations, 0.0
     for _ in range(_MOST_TURNS if problem.approach is None else 0):
         anew = _gap_at(problem, grid, solution.approach)
@@ -302,7 +302,7 @@ def _solve_on(problem: _Problem, grid: Grid, corrections: list[Flexibility]) -> 
         if change <= _GAP_KEPT:
             break
         along = anew
-        solution = _pressed(problem, operator, along, solution.pressure)
+        solution = solve_pressure(operator, along, problem.load, problem.approach, solution.pressure)
         iterations += solution.iterations
     notes = solution.notes
     if change > _GAP_KEPT:
@@ -318,17 +318,6 @@ def _solve_on(problem: _Problem, grid: Grid, corrections: list[Flexibility]) -> 
 
 def _gap_at(problem: _Problem, grid: Grid, approach: float) -> np.ndarray:
     return gap_values(lambda x, y: problem.gap_along(x, y, approach), grid)
-
-
-def _pressed(
-    problem: _Problem, operator: SliceOperator, along: np.ndarray, start: np.ndarray | None
-) -> PressureSolution:
-    if problem.approach is not None and problem.approach <= along.min():
-        raise NoContactError(
-            f"approach {problem.approach:g} m does not close the least gap, {along.min():g} m: no contact; raise the"
-            " approach"
-        )
-    return solve_pressure(operator, along, problem.load, problem.approach, start)
 
 
 def _gap_change(before: np.ndarray, anew: np.ndarray, cosines: np.ndarray, solution: PressureSolution) -> float:

@@ -165,11 +165,11 @@ class SliceGap:
         self.first_point = near[0][1] + self.initial_approach
         self.curves = slices.lower.outline.edge_curves(slices.lower.face)
         self.begin = np.r_[0.0, np.cumsum([curve.length for curve in self.curves])]
-        points = self.points(np.linspace(0, self.begin[-1], _SAMPLES))
         turned = self.curves[-1].points[-1][0] < self.curves[0].points[0][0]
         # s as the grid sees it grows to the left-hand side's lateral axis
         self.sense = -1.0 if turned else 1.0
-        self.origin = float(np.linspace(0, self.begin[-1], _SAMPLES)[np.hypot(*(points - self.first_point).T).argmin()])
+        s = np.linspace(0, self.begin[-1], _SAMPLES)
+        self.origin = float(s[np.hypot(*(self._along(s, "at") - self.first_point).T).argmin()])
 
     @property
     def window(self) -> tuple[float, float]:
@@ -179,10 +179,6 @@ class SliceGap:
 
     def _arc(self, y: np.ndarray) -> np.ndarray:
         return self.origin + self.sense * (np.asarray(y, float) - self.first_point[0])
-
-    def points(self, s: np.ndarray) -> np.ndarray:
-        """Points (m, 2) [m] of the lower face at arc lengths (m,) [m]."""
-        return self._along(s, "at")
 
     def _along(self, s: np.ndarray, what: str) -> np.ndarray:
         piece = np.clip(np.searchsorted(self.begin, s, side="right") - 1, 0, len(self.curves) - 1)

@@ -23,10 +23,10 @@ HALF_WIDTH, HEIGHT = 0.015, 0.020
 LOAD = Control.of(force=(None, -10e6))
 
 
-def _arc_face(radius: float, points: int = 241) -> np.ndarray:
+def arc_face(radius: float, half_width: float = HALF_WIDTH, points: int = 241) -> np.ndarray:
     """Profile (n, 2) [m] through the origin: heights of an arc that rises away from it, or falls for a negative
     radius."""
-    x = np.linspace(-HALF_WIDTH, HALF_WIDTH, points)
+    x = np.linspace(-half_width, half_width, points)
     return np.column_stack([x, np.sign(radius) * (abs(radius) - np.sqrt(radius**2 - x**2))])
 
 
@@ -46,12 +46,12 @@ def blocks(
 
 def non_conformal() -> tuple[Body, Body]:
     """Convex on convex: relative radius 80 mm."""
-    return blocks(_arc_face(0.100), _arc_face(-0.400))
+    return blocks(arc_face(0.100), arc_face(-0.400))
 
 
 def conformal() -> tuple[Body, Body]:
     """Convex in concave: relative radius 560 mm."""
-    return blocks(_arc_face(0.070), _arc_face(0.080))
+    return blocks(arc_face(0.070), arc_face(0.080))
 
 
 def two_point() -> tuple[Body, Body]:
@@ -60,7 +60,7 @@ def two_point() -> tuple[Body, Body]:
     away = np.maximum(np.abs(x), 0.001) - 0.008
     root = np.sqrt(0.060**2 - away**2)
     saddle = np.minimum(x**2 - 0.001**2, 0) * 0.007 / root / 0.002
-    return blocks(_arc_face(0.100), np.column_stack([x, root - 0.060 + saddle]))
+    return blocks(arc_face(0.100), np.column_stack([x, root - 0.060 + saddle]))
 
 
 CASES = {"non-conformal": non_conformal, "conformal": conformal, "two-point": two_point}

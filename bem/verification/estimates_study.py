@@ -24,6 +24,7 @@ from bem.plane.coulomb import Control
 from bem.plane.outline import block_behind
 from bem.slices.coupled import slice_contact
 from bem.slices.slices import Slices, wheel_on_prism
+from bem.verification.cases import arc_face
 
 WINDOW = ((-0.03, 0.03), (-0.03, 0.03))
 COVERED, MEDIAN = 0.95, 5.0  # wanted of every quantity: share within the estimate, median of estimate over error
@@ -104,11 +105,6 @@ def tangential_case(draw: np.random.Generator, method: str) -> list[EstimateRow]
     return [EstimateRow(f"{method}: tangential force", found.error.tangential_force, error)]
 
 
-def _arc(radius: float, half_width: float) -> np.ndarray:
-    y = np.linspace(-half_width, half_width, 401)
-    return np.column_stack([y, np.sign(radius) * (abs(radius) - np.sqrt(radius**2 - y**2))])
-
-
 def drawn_slices(draw: np.random.Generator) -> Slices:
     """A wheel, convex or hollow, on a rail crown; approached along the normal or up to 65 degrees from it, as on a
     flank."""
@@ -116,7 +112,7 @@ def drawn_slices(draw: np.random.Generator) -> Slices:
     hollow = -1.3 * crown if draw.random() < 0.3 else 0.3
     slant = np.radians(draw.uniform(-65, 65)) * (draw.random() < 0.5)
     width = min(0.02, 0.6 * crown)
-    lower, upper = block_behind(_arc(-crown, width), -0.04), block_behind(_arc(hollow, width), 0.04)
+    lower, upper = block_behind(arc_face(-crown, width, 401), -0.04), block_behind(arc_face(hollow, width, 401), 0.04)
     return wheel_on_prism(
         Body(lower, STEEL), Body(upper, STEEL), wheel, direction=(float(np.sin(slant)), -float(np.cos(slant)))
     )
@@ -140,11 +136,12 @@ def plane_case(draw: np.random.Generator) -> list[EstimateRow]:
     """Plane contact of two blocks with round faces: the accuracy asked for is the estimate."""
     first = np.exp(draw.uniform(np.log(0.03), np.log(0.3)))
     second = -1.15 * first if draw.random() < 0.3 else np.exp(draw.uniform(np.log(0.03), np.log(0.3)))
-    bodies = Body(block_behind(_arc(-second, 0.015), -0.03), STEEL), Body(block_behind(_arc(first, 0.015), 0.03), STEEL)
+    faces = (arc_face(radius, 0.015, 401) for radius in (-second, first))
+    lower, upper = (Body(block_behind(face, level), STEEL) for face, level in zip(faces, (-0.03, 0.03)))
     control = Control.of(force=(None, -float(np.exp(draw.uniform(np.log(5e5), np.log(5e6))))))
     accuracy = draw.uniform(0.005, 0.03)
     found, true = (
-        solve_contact(*bodies, control, settings=Settings(accuracy=asked)).last.pressure.max()
+        solve_contact(lower, upper, control, settings=Settings(accuracy=asked)).last.pressure.max()
         for asked in (accuracy, accuracy / 20)
     )
     return [EstimateRow("plane: largest pressure", accuracy, relative_change(found, true))]
