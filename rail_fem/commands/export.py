@@ -44,7 +44,7 @@ def _by_dolfinx(folder: Path, to: Path, frame: int | None, deformed: bool) -> li
     from rail_fem.export.files import ExportError
 
     try:
-        from rail_fem.export.dolfinx_files import write_by_dolfinx
+        from rail_fem.export.to_dolfinx import write_by_dolfinx
     except ImportError as error:
         raise ExportError(f"--to {to}: needs dolfinx ({error}); .vtu, .msh and .inp need meshio alone") from error
     return write_by_dolfinx(to, export_dolfinx(folder, frame=frame, deformed=deformed))

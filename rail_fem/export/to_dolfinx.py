@@ -1,12 +1,15 @@
-"""From a run folder to dolfinx: mesh, tags of bodies and faces, and Functions, ready for one's own UFL forms."""
+"""From a run folder to dolfinx: mesh, tags of bodies and faces, and Functions, ready for one's own UFL forms; and into
+the files that dolfinx and ParaView read: XDMF with tags, VTX where dolfinx has ADIOS2."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from mpi4py import MPI
 
 from geometry.axes import as_tensor
+from rail_fem.export.files import ExportError
 from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS, TaggedFields, find_rows
 from rail_fem.fe.compat import (
     cell_dofs,
@@ -16,8 +19,11 @@ from rail_fem.fe.compat import (
     facet_nodes,
     fem,
     geometry_dofmap,
+    io,
     lagrange_vectors,
     original_cells,
+    vtx_writer,
+    write_tags,
 )
 from rail_fem.fe.domain import VTK_TO_DOLFINX
 
@@ -70,7 +76,7 @@ def to_dolfinx(run: TaggedFields, comm: MPI.Comm, deformed: bool) -> DolfinxFiel
         mesh,
         cell_tags,
         facet_tags,
-        nodal_function(mesh, fields.displacement, "displacement"),
+        displacement_function(mesh, fields.displacement),
         cell_function(mesh, source, as_tensor(fields.stress), "stress"),
         cell_function(mesh, source, fields.plastic_strain, "plastic_strain"),
         fields.time,
@@ -88,9 +94,9 @@ def tag_facets(mesh, facets: np.ndarray, tags: np.ndarray):
     return dmesh.meshtags(mesh, 2, outer[row >= 0], tags[row[row >= 0]])
 
 
-def nodal_function(mesh, values: np.ndarray, name: str):
+def displacement_function(mesh, values: np.ndarray):
     """A continuous vector Function of degree 1 from values (n, 3) at the nodes of the mesh's input. Collective."""
-    function = fem.Function(lagrange_vectors(mesh, 1), name=name)
+    function = fem.Function(lagrange_vectors(mesh, 1), name="displacement")
     dofs, nodes = cell_dofs(function.function_space).ravel(), geometry_dofmap(mesh).ravel()
     source = np.asarray(mesh.geometry.input_global_indices)[nodes]
     function.x.array.reshape(-1, 3)[dofs] = values[source]
@@ -105,3 +111,42 @@ def cell_function(mesh, source: np.ndarray, values: np.ndarray, name: str):
     function.x.array.reshape(-1, int(np.prod(values.shape[1:])))[dofs] = values[source].reshape(len(source), -1)
     function.x.scatter_forward()
     return function
+
+
+def write_by_dolfinx(path: Path, fields: DolfinxFields) -> list[Path]:
+    """Write the fields in the format of the suffix, .xdmf or .bp; what was written. Collective.
+
+    .xdmf (with a .h5 beside it): mesh, tags and all three Functions; `XDMFFile.read_mesh` and `read_meshtags` read mesh
+        and tags back
+    .bp: displacement; beside it NAME_plastic_strain.bp and NAME_stress.bp, discontinuous Functions of degree 1, equal
+        at the corners of a cell: VTX takes none of degree 0 in dolfinx 0.9, and one element a file
+    Errors: ExportError where dolfinx was built without ADIOS2.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return _write_xdmf(path, fields) if path.suffix == ".xdmf" else _write_vtx(path, fields)
+
+
+def _write_xdmf(path: Path, fields: DolfinxFields) -> list[Path]:
+    with io.XDMFFile(fields.mesh.comm, str(path), "w") as file:
+        file.write_mesh(fields.mesh)
+        write_tags(file, fields.mesh, fields.cell_tags)
+        write_tags(file, fields.mesh, fields.facet_tags)
+        for function in (fields.displacement, fields.plastic_strain, fields.stress):
+            file.write_function(function, fields.time)
+    return [path, path.with_suffix(".h5")]
+
+
+def _write_vtx(path: Path, fields: DolfinxFields) -> list[Path]:
+    writer = vtx_writer()
+    if writer is None:
+        raise ExportError(f"--to {path}: this dolfinx was built without ADIOS2 and writes no .bp: use .xdmf or .vtu")
+    written = {path: fields.displacement}
+    for function in (fields.plastic_strain, fields.stress):
+        raised = fem.Function(discontinuous(fields.mesh, 1, function.ufl_shape), name=function.name)
+        raised.interpolate(function)
+        written[path.with_name(f"{path.stem}_{function.name}.bp")] = raised
+    for name, function in written.items():
+        with writer(fields.mesh.comm, str(name), [function], engine="BP4") as file:
+            file.write(fields.time)
+    return list(written)
