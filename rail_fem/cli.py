@@ -14,7 +14,6 @@ from rail_fem.commands.app import app as app_command
 from rail_fem.commands.compare import compare
 from rail_fem.commands.damage import damage
 from rail_fem.commands.design import design
-from rail_fem.commands.doctor import doctor
 from rail_fem.commands.ending import EXIT_CODES, begin
 from rail_fem.commands.export import crossing, export
 from rail_fem.commands.measured import low_pass, measured
@@ -57,7 +56,7 @@ for name, (command, line) in COMMANDS.items():
     app.command(name, short_help=line)(command)
 own_help = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
 app.command("study", short_help="Show a part by itself", context_settings=own_help)(study)
-app.command("doctor", short_help="Whether this installation works")(doctor)
+app.command("doctor", short_help="Whether this installation works")(start.doctor)
 
 
 def _version(wanted: bool) -> None:

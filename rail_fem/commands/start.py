@@ -1,4 +1,5 @@
-"""`rail-fem list` and `rail-fem init`: what there is to choose from, and a case file to begin with."""
+"""`rail-fem list`, `rail-fem init` and `rail-fem doctor`: what there is to choose from, a case file to begin with, and
+whether the installation works."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -104,3 +105,10 @@ def init(
         f"{file}: change it, then 'rail-fem check {file}' and 'rail-fem run {file} --model {model[0]} --out"
         f" runs/{file.stem}'"
     )
+
+
+def doctor(as_json: JsonOption = False) -> None:
+    """Check this installation: versions, dolfinx, MPI on two ranks, gmsh, numba, rendering without a display."""
+    from rail_fem.run.doctor import tell
+
+    raise typer.Exit(tell(as_json))

@@ -19,7 +19,6 @@ All times are processor times, the least of several repeats where a row can be r
 then change little.
 """
 
-import json
 import logging
 import platform
 import time
@@ -225,7 +224,7 @@ def length_of_work(paths: list[Stretches]) -> float:
 
 class TimedPass(NamedTuple):
     """Which pass: size of its elements, in the wheel over that in the rail, along over across; steps that are not
-    timed and that are; folder that keeps its mesh."""
+    timed and that are."""
 
     case: Path
     size: float
@@ -233,7 +232,6 @@ class TimedPass(NamedTuple):
     wheel_ratio: float
     before: int
     steps: int
-    mesh: Path | None
 
     def at_rest(self, comm: MPI.Intracomm) -> Run:
         """In its static contact at x = 290 mm, no step taken. Collective on the world."""
@@ -243,8 +241,7 @@ class TimedPass(NamedTuple):
         settings = cast(FeSettings, case.runs["fe_full"]).model_copy(update=changes)
         settings = with_window(case.scene, settings)
         running = running_of(case.scene, settings)
-        identity = {"case": json.dumps(changes, sort_keys=True)}
-        mesh, _, datum, _ = positioned_mesh(case.scene, settings, running, self.mesh, True, identity)
+        mesh, _, datum, _ = positioned_mesh(case.scene, settings, running, None, False, {})
         if comm.size < MPI.COMM_WORLD.size:
             mesh = MPI.COMM_WORLD.bcast(mesh)
         run = Run(
@@ -325,7 +322,6 @@ def main(
     wheel_ratio: Annotated[float, typer.Option(help="size in the wheel over that in the rail")] = 1.0,
     before: Annotated[int, typer.Option(help="steps that are not timed")] = 50,
     steps: Annotated[int, typer.Option(help="steps that are timed")] = 600,
-    mesh: Annotated[Path | None, typer.Option(help="folder that keeps the mesh for the next time")] = None,
     quick: QUICK = False,
     out: OUT = None,
 ) -> None:
@@ -335,7 +331,7 @@ def main(
         raise typer.BadParameter(f"{part}: no such part; there are kernels, step, ranks, card")
     chosen = TimedPass(
         case or example("nose_transfer"), 1e-3 * (6.0 if quick else size), aspect, wheel_ratio, before,
-        2 * TURN if quick else steps, mesh,
+        2 * TURN if quick else steps,
     )  # fmt: skip
     makers: dict[str, Callable[[], Table]] = {
         "kernels": lambda: kernels.kernel_table(kernels.QUICK if quick else kernels.Effort()),

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from bem.exact.subsurface import von_mises
 from bem.plane_plastic.yielding_contact import PlasticContact
+from geometry.meshing.hexmesh import cross_2d
 from rail_fem.files.markdown import markdown_table
 from rail_fem.result.extrapolation import limit_of, observed_order
 from rail_fem.static_fe.plastic_plane import PlasticPlaneContact
@@ -87,8 +88,7 @@ def of_elements(found: PlasticPlaneContact, window: Window, size: float) -> Samp
     _, order = cKDTree(gauss.mean(axis=1)).query(body.nodes[used][corners].mean(axis=1))
     a, b, c = np.moveaxis(gauss[order][at], -2, 0)
     one, two, from_a = b - a, c - a, points - a
-    cross = lambda u, v: u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
-    second, third = cross(from_a, two) / cross(one, two), cross(one, from_a) / cross(one, two)
+    second, third = cross_2d(from_a, two) / cross_2d(one, two), cross_2d(one, from_a) / cross_2d(one, two)
     share = np.stack([1 - second - third, second, third], axis=-1)
     read = lambda values: np.where(at >= 0, (values.reshape(-1, 3)[order][at] * share).sum(axis=-1), np.nan)
     return Sampled(read(step.peeq), read(step.von_mises), float(step.peeq.max()), size)
