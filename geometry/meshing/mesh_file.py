@@ -56,12 +56,8 @@ def read_mesh_file(path: Path, unit: float = 1.0) -> HexMesh:
     used, cells = np.unique(cells, return_inverse=True)
     number = np.full(len(points), -1)
     number[used] = np.arange(len(used))
-    quads = np.vstack([np.empty((0, 4), np.int64), *(nodes for _, nodes in faces)])
-    tag = np.repeat(np.arange(len(faces)), [len(nodes) for _, nodes in faces])
-    names = {k: name for k, (name, _) in enumerate(faces)}
-    return checked_mesh(
-        str(path), np.ascontiguousarray(points[used] * unit), cells.reshape(-1, 8), region, number[quads], tag, names
-    )
+    sides = [(name, number[nodes]) for name, nodes in faces]
+    return checked_mesh(str(path), np.ascontiguousarray(points[used] * unit), cells.reshape(-1, 8), region, sides)
 
 
 def _read_by_meshio(path: Path) -> tuple[np.ndarray, list[Group], list[Group], int]:
@@ -135,17 +131,9 @@ def _cells(path: Path, volumes: list[Group], count: int) -> tuple[np.ndarray, np
     return np.vstack([nodes for _, nodes in known]), region
 
 
-def checked_mesh(
-    what: str,
-    points: np.ndarray,
-    cells: np.ndarray,
-    region: np.ndarray,
-    quads: np.ndarray,
-    quad_tag: np.ndarray,
-    faces: dict[int, str],
-) -> HexMesh:
-    """Points (n, 3) [m], cells (m, 8) and their body (m,), quads (k, 4) with tags (k,) and the tags' names as the
-    explicit solver takes them. Errors: MeshError."""
+def checked_mesh(what: str, points: np.ndarray, cells: np.ndarray, region: np.ndarray, faces: list[Group]) -> HexMesh:
+    """Points (n, 3) [m], cells (m, 8) and their body (m,), and groups of quads, as the explicit solver takes them.
+    Errors: MeshError."""
     if not np.isfinite(points).all():
         raise MeshError(
             f"{what}: {(~np.isfinite(points)).any(axis=1).sum()} node(s) have no finite position: mend them"
@@ -153,8 +141,8 @@ def checked_mesh(
     body = _body_of_nodes(what, points, cells, region)
     _check_doubled(what, points, cells)
     outer, owner = boundary_faces(cells)
-    surface, surface_region = _contact(what, points, outer, region[owner], _tagged(quads, quad_tag, faces, CONTACT))
-    clamp = np.unique(_tagged(quads, quad_tag, faces, BASE))
+    surface, surface_region = _contact(what, points, outer, region[owner], _named(faces, CONTACT))
+    clamp = np.unique(_named(faces, BASE))
     mesh = HexMesh(points, cells, region, REGIONS, surface, surface_region, clamp)
     check_shapes(mesh, f"{what} is taken as it is: mend the cell, or turn its nodes where it is inside out")
     for number, name in enumerate(REGIONS):
@@ -194,10 +182,10 @@ def _check_doubled(what: str, points: np.ndarray, cells: np.ndarray) -> None:
         )
 
 
-def _tagged(quads: np.ndarray, tag: np.ndarray, faces: dict[int, str], parts: tuple[str, ...]) -> np.ndarray:
+def _named(faces: list[Group], parts: tuple[str, ...]) -> np.ndarray:
     """(k, 4) quads of groups named as a part, of all bodies or of one."""
     wanted = {*parts, *(f"{body} {part}" for body in REGIONS for part in parts)}
-    return quads[np.isin(tag, [number for number, name in faces.items() if name.lower() in wanted])]
+    return np.vstack([np.empty((0, 4), np.int64), *(quads for name, quads in faces if name.lower() in wanted)])
 
 
 def _contact(

@@ -22,7 +22,7 @@ def block(nx: int, ny: int, nz: int, at=(0.0, 0.0, 0.0)) -> tuple[np.ndarray, np
 
 
 def wing_and_wheel():
-    """A wing below z = 0 and a wheel on it, with tagged faces: what checked_mesh takes."""
+    """A wing below z = 0 and a wheel on it, with tagged faces: what `checked` takes."""
     wing, wheel = block(3, 2, 2, (0, 0, -2 * SIZE)), block(2, 2, 2, (0.5 * SIZE, 0, 0))
     points, cells = np.vstack([wing[0], wheel[0]]), np.vstack([wing[1], wheel[1] + len(wing[0])])
     region = np.repeat([0, 2], [len(wing[1]), len(wheel[1])]).astype(np.int8)
@@ -32,6 +32,10 @@ def wing_and_wheel():
     groups = {11: flat(0, 0), 12: flat(0, 2), 21: flat(-2 * SIZE, 0), 22: flat(2 * SIZE, 2)}
     quads, tag = np.vstack(list(groups.values())), np.repeat(list(groups), [len(g) for g in groups.values()])
     return [points, cells, region, quads, tag, dict(FACES)]
+
+
+def checked(what, points, cells, region, quads, tag, names):
+    return checked_mesh(what, points, cells, region, [(name, quads[tag == k]) for k, name in names.items()])
 
 
 def write_msh(path) -> np.ndarray:
@@ -118,7 +122,7 @@ def test_a_mesh_of_another_program_is_the_same_mesh(tmp_path, suffix):
     parts = wing_and_wheel()
     path = tmp_path / f"own{suffix}"
     of_other_program(suffix, *(parts[k] for k in (2, 1, 3, 4))).write(path)
-    mesh, own = read_mesh_file(path), checked_mesh("own", *parts)
+    mesh, own = read_mesh_file(path), checked("own", *parts)
     assert np.allclose(mesh.points, own.points, atol=1e-9) and np.array_equal(mesh.region, own.region)
     assert np.array_equal(mesh.cells, own.cells)
     assert {tuple(sorted(face)) for face in mesh.surface} == {tuple(sorted(face)) for face in own.surface}
@@ -133,7 +137,7 @@ def test_a_vtu_as_vtk_writes_it_is_the_same_mesh(tmp_path, header, encoded, comp
     pytest.importorskip("vtk")
     parts = wing_and_wheel()
     vtk_file(tmp_path, parts, header, encoded, compressor)
-    mesh, own = read_mesh_file(tmp_path / "vtk.vtu"), checked_mesh("own", *parts)
+    mesh, own = read_mesh_file(tmp_path / "vtk.vtu"), checked("own", *parts)
     assert np.array_equal(mesh.points, own.points) and np.array_equal(mesh.cells, own.cells)
     assert np.array_equal(mesh.region, own.region) and np.array_equal(np.sort(mesh.clamp), np.sort(own.clamp))
     assert {tuple(sorted(face)) for face in mesh.surface} == {tuple(sorted(face)) for face in own.surface}
@@ -282,8 +286,8 @@ def _inner_face(parts):
 )
 def test_what_cannot_be_run_is_refused_with_the_place(harm, complaint):
     parts = wing_and_wheel()
-    checked_mesh("own.msh", *parts)
+    checked("own.msh", *parts)
     parts[1] = parts[1].copy()
     harm(parts)
     with pytest.raises(MeshError, match=complaint):
-        checked_mesh("own.msh", *parts)
+        checked("own.msh", *parts)
