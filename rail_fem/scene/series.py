@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.scene.units import NUMBER_THEN_UNIT, QuantityError, parse, si_factor, typed
+from rail_fem.scene.units import NUMBER_THEN_UNIT, QuantityError, parse, show, typed
 
 MOST_VALUES = 100_000
 DIGITS = 9  # of a value of a series written as text
@@ -19,7 +19,7 @@ class Series:
 
     def texts(self) -> list[str]:
         """The values as a case file has them: "30 mph"."""
-        return [f"{value / si_factor(self.unit):.{DIGITS}g} {self.unit}".strip() for value in self.values]
+        return [show(value, self.unit, DIGITS) for value in self.values]
 
 
 def is_series(text: str) -> bool:

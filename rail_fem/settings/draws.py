@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from rail_fem.scene.scene import Frozen
 from rail_fem.scene.series import DIGITS
-from rail_fem.scene.units import Quantity, QuantityError, parse, si_factor
+from rail_fem.scene.units import Quantity, QuantityError, parse, show
 
 Change = str | float | int | bool | dict  # of a key's value, as a case file has it
 
@@ -63,8 +63,8 @@ class Draw(Frozen):
             from scipy.stats import truncnorm  # slow to import
 
             found = truncnorm.ppf(shares, (low - mean) / deviation, (high - mean) / deviation, mean, deviation)
-        texts = [f"{value / si_factor(unit):.{DIGITS}g}" for value in found]
-        return [float(text) if quantity is None else f"{text} {unit}".strip() for text in texts]
+        texts = [show(value, unit, DIGITS) for value in found]
+        return [float(text) if quantity is None else text for text in texts]
 
 
 class Draws(Frozen):
