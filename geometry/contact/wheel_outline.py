@@ -15,9 +15,8 @@ pose : Pose. Tables: (4, n) rows of Profile.hermite_table. Heights are over the 
 
 from typing import NamedTuple
 
-import numpy as np
-
 from geometry.hermite import cubic_between
+from geometry.surfaces.loft_kernel import circle_point
 from kernel_cache import njit
 
 
@@ -75,21 +74,11 @@ def cubic_in(at, i, table):
 @njit(cache=True, error_model="numpy")
 def outline_at(s, tread, slope, bend, pose):
     """OutlinePoint at station s from the wheel's height, slope, second derivative."""
-    position, sy, cy, sr, cr, lever, arm, datum_radius = pose
-    radius, tilt, along = datum_radius - tread, -slope, arm + s
-    size = np.sqrt(cy * cy + sr * sr * sy * sy)
-    part = -tilt * cr * sy / size
-    if abs(part) >= 1.0:
+    _, sy, cy, sr, cr, _, _, datum_radius = pose
+    of = circle_point(0.0, s, tread, slope, pose)  # which has no slope along a prismatic rail
+    if not of.found:
         return OutlinePoint(False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-    other = np.sqrt(1 - part * part)
-    sine, cosine = (part * cy + other * sr * sy) / size, (other * cy - part * sr * sy) / size
-    # forward f, downward d, axle e; the wheel's circle is along e + radius (sine f + cosine d), the axle lever above
-    # the pivot
-    mx, my, mz = sine * cy - cosine * sr * sy, sine * sy + cosine * sr * cy, -cosine * cr
-    ny, nz = my - tilt * cr * cy, mz - tilt * sr
-    x = -along * cr * sy + radius * mx + lever * sr * sy
-    y = position + along * cr * cy + radius * my - lever * sr * cy
-    z = along * sr + radius * mz + lever * cr
-    advance = cr * cy + tilt * my + radius * (cosine * sy - sine * sr * cy) * bend * cr * sy / (size * other)
-    below = nz < -1e-3
-    return OutlinePoint(below, x, y, z, (-ny / nz if below else 0.0), advance, sine, cosine)
+    spin = (datum_radius - tread) * (of.cosine * sy - of.sine * sr * cy) * bend * of.b / of.steering
+    advance = cr * cy - slope * (of.sine * sy + of.cosine * sr * cy) + spin
+    below = of.n_z < -1e-3
+    return OutlinePoint(below, of.x, of.y, of.z, (-of.n_y / of.n_z if below else 0.0), advance, of.sine, of.cosine)

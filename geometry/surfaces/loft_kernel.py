@@ -192,6 +192,8 @@ def circle_point(p, s, tread, slope, pose):
         return CirclePoint(False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
     other = np.sqrt(1 - part * part)
     sine, cosine = (part * cy + other * q) / size, (other * cy - part * q) / size
+    # forward f, downward d, axle e; the wheel's circle is along e + radius (sine f + cosine d), the axle lever above
+    # the pivot
     mx, my, mz = sine * cy - cosine * sr * sy, sine * sy + cosine * sr * cy, -cosine * cr
     x = -along * cr * sy + radius * mx + lever * sr * sy
     y = position + along * cr * cy + radius * my - lever * sr * cy
