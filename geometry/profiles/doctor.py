@@ -361,18 +361,24 @@ def without_spikes(points, lines, out):
     return points, lines
 
 
+def scatter_and_kinks(points: np.ndarray) -> tuple[float, np.ndarray]:
+    """Scatter of a line of points across it [m], and its kinks (indices). Of few points, what bends from one to the
+    next is no scatter, and cross-validation leaves it."""
+    noise = noise_level(points)
+    corners = kinks(points, noise)
+    if noise <= NOISE:
+        return noise, corners
+    step, moved = np.gradient(points, axis=0), smoothed(points, corners, noise)[0] - points
+    across = (step[:, 0] * moved[:, 1] - step[:, 1] * moved[:, 0]) / np.hypot(*step.T)
+    found = float(np.sqrt(np.mean(across**2)))
+    return (noise if found > 0.5 * noise else found), corners
+
+
 def smooth_points(points, smooth, smoothing, out):
     """Points on smoothing splines, and corners. The splines move them by their scatter, which is more than
     cross-validation does: it finds the best positions, but forces follow from slopes and curvatures, and of P8 and P1
     with 0.3 to 20 um of scatter are a third to a tenth as wrong so (tests/rail_fem/test_hard_profiles.py)."""
-    out.noise = noise_level(points)
-    corners = kinks(points, out.noise)
-    if out.noise > NOISE:
-        step, moved = np.gradient(points, axis=0), smoothed(points, corners, out.noise)[0] - points
-        across = (step[:, 0] * moved[:, 1] - step[:, 1] * moved[:, 0]) / np.hypot(*step.T)
-        found = float(np.sqrt(np.mean(across**2)))
-        # of few points, what bends from one to the next is no scatter, and cross-validation leaves it
-        out.noise = out.noise if found > 0.5 * out.noise else found
+    out.noise, corners = scatter_and_kinks(points)
     if len(corners):
         where = ", ".join(f"{1e3 * points[k, 0]:.1f}" for k in corners[:5])
         out.say("found", f"{len(corners)} kink(s), kept: y = {where}{' ...' if len(corners) > 5 else ''} mm")

@@ -10,9 +10,9 @@ from functools import cached_property
 
 import numpy as np
 
-from geometry.profiles.defects import kinks, noise_level
-from geometry.profiles.doctor import with_corners
+from geometry.profiles.doctor import NOISE, scatter_and_kinks, with_corners
 from geometry.profiles.profile import ProfileError, along, lengths
+from geometry.profiles.smoothing import smoothed
 from geometry.surfaces.bodies import NO_METAL, CrossingError, TwoBodies
 from geometry.surfaces.crossing import PLAIN_LINE_X, feature_indices
 from geometry.surfaces.crossing_surface import FLOOR
@@ -199,12 +199,14 @@ def outline(line: np.ndarray, what: str) -> np.ndarray:
 
 def _smooth_line(body: SectionBody, label: str) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
     """Points (k, 2) of y, z and a height of splines between the points' own corners: chords would be flats with
-    edges."""
+    edges. Without the points' scatter, as of a wheel."""
     points = np.column_stack([body.face + body.u, body.z])
     if len(points) < 8:
         return points, lambda u: np.interp(u, *points.T)
-    profile = with_corners(points, kinks(points, noise_level(points)), label)
-    return points, profile.height
+    noise, corners = scatter_and_kinks(points)
+    if noise > NOISE:
+        points, corners = smoothed(points, corners, noise, noise)
+    return points, with_corners(points, corners, label).height
 
 
 def check_sections(sections: SectionCrossing) -> None:

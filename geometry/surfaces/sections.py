@@ -56,6 +56,11 @@ class SectionCrossing:
                     found += [(name, float(x), float(body.face + body.u[k]), float(off)) for k, off in zip(at, up)]
         return found
 
+    def scatter(self) -> float:
+        """Of the points across the line of their section, median of all bodies [m]."""
+        bodies = [body for body in (*self.wings, *self.noses) if body is not None]
+        return float(np.median([noise_level(np.column_stack([body.u, body.z])) for body in bodies]))
+
 
 def standing_out(body: SectionBody) -> tuple[np.ndarray, np.ndarray]:
     """Indices (k,) of points of a body's running surface that stand out of the line, and by how much in height [m]."""
