@@ -15,14 +15,20 @@ from scipy.interpolate import PchipInterpolator
 
 from geometry.profiles.profile import Profile, ProfileError, arc, line
 from geometry.profiles.rail import gauge_face, rail_head
+from geometry.surfaces.leg_transition import cast_leg
 from geometry.surfaces.lofted_rail import LoftedBody, RailSurface
+from geometry.surfaces.measured_crossing import MeasuredCrossing
 from geometry.surfaces.section_loft import SectionLoft, matched_body, upper_line
+from geometry.surfaces.sections import SectionBody, SectionCrossing
 from geometry.wheelset import RailPosition, Track, check_fields
 
 MM = 1e-3
 BACK = -30.5 * MM  # y of the switch rail's back
 FLOOR = -36 * MM
 SPACING = 0.1 * MM
+PLAIN = 3.0  # of plain stock rail ahead of the toe [m]
+SECTIONS = 0.05  # of the sections [m]
+TOE = 0.02  # x of the first section of the switch rail: at the toe itself it has no width [m]
 
 
 @dataclass(frozen=True)
@@ -157,3 +163,26 @@ class Switch:
         aside = np.array([self.width(max(at, 0.0)) for at in along])[:, None]
         right = LoftedBody(plain.x, plain.y + aside, plain.z, plain.after, plain.before, "right rail")
         return RailSurface((LoftedBody.prism(head, (-1.0, self.length + 1.0)), switch_rail)), RailSurface((right,))
+
+
+def switch_rails(switch: Switch) -> MeasuredCrossing:
+    """The switch as a crossing of two bodies, as models of a pass take it: stock rail the wing, switch rail the nose.
+
+    Sections every SECTIONS, cut where they are drawn. The through route, facing: the straight switch rail's gauge face
+    goes on along the gauge line, the stock rail leaves it towards the field side. x = 0 at the toe.
+    """
+    x = np.r_[-PLAIN, -1.0, 0.0, TOE, np.arange(SECTIONS, switch.length + SECTIONS / 2, SECTIONS)]
+    beside = cast_leg().gauge_line - switch.gauge_line
+    stock, switch_rail = [], []
+    for at in x:
+        aside = beside + (switch.width(float(at)) if at > 0 else 0.0)
+        stock.append(_body(switch.stock.graph_part().points, switch.gauge_line, aside))
+        width = switch.width(float(at)) if at >= TOE else 0.0
+        drawn = switch.drawn_switch_rail(float(at)).points if at >= TOE else None
+        switch_rail.append(None if drawn is None else _body(drawn, switch.gauge_line - width, aside))
+    return MeasuredCrossing(SectionCrossing(x, tuple(stock), tuple(switch_rail)), False, "parametric switch")
+
+
+def _body(points: np.ndarray, face: float, aside: float) -> SectionBody:
+    """A section (n, 2) with its gauge face at y = face, moved aside [m]."""
+    return SectionBody(face + aside, points[:, 0] - face, points[:, 1])

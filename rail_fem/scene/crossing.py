@@ -285,8 +285,7 @@ def _made(family: str, *values: Any) -> UnwornCrossing:
 
         return joint_rail(Joint(*values))
     if family == SWITCH:
-        from geometry.surfaces.switch import Switch
-        from geometry.surfaces.switch_rails import switch_rails
+        from geometry.surfaces.switch import Switch, switch_rails
 
         return switch_rails(Switch(radius=values[0], entry=values[1]))
     return CastCrossing(**dict(zip(CAST_KEYS, values)))

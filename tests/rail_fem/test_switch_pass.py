@@ -6,8 +6,7 @@ import pytest
 from geometry.path.wheel_path import wheel_path
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.joint import Joint
-from geometry.surfaces.switch import Switch
-from geometry.surfaces.switch_rails import switch_rails
+from geometry.surfaces.switch import Switch, switch_rails
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.models import rigid_hertz
 from rail_fem.scene.scene import Crossing
