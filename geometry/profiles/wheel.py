@@ -95,11 +95,16 @@ def flange_thickness(wheel: Profile, below: float = GAUGE_POINT_DEPTH) -> float:
 
 def eps_p8(outer_slope: float = 0.067) -> Profile:
     """EN 13715 EPS, h 30, e 28.5, width 135 mm: the surrogate for P8."""
+    rise, tip_end, face_start, root_start = 2.0, (-51.758, 27.568), (-44.530, 17.779), (-42.427, 12.000)
+    inner = np.array([-55.0, 16.0 + rise])
+    outer = tip_end[0] - np.sqrt(144 - (tip_end[1] - inner[1]) ** 2)  # both centres of the tip, of one height
+    edge = np.array([(inner[0] + outer) / 2, inner[1] + np.sqrt(144 - ((inner[0] - outer) / 2) ** 2)])
     pieces = [
-        *flange(
-            flange_height=30, root_start=(-42.427, 12.000), face_start=(-44.530, 17.779), tip_end=(-51.758, 27.568)
-        ),
-        _arc((-42.427, 12.000), (-39.000, 6.867), 13),
+        *flange_back(rise, edge),
+        _arc(edge, tip_end, -12),
+        _arc(tip_end, face_start, -(20 + 0.75 * rise)),
+        _line(face_start, root_start),
+        _arc(root_start, (-39.000, 6.867), 13),
     ]
     y = np.linspace(-39.0, -26.0, len(EPS_TRANSITION)) * MM
     tread = _arc((-26.0, 2.790), (-17.587, 1.487), 100)
@@ -116,28 +121,11 @@ def eps_p8(outer_slope: float = 0.067) -> Profile:
     return Profile.from_pieces(pieces, label, EN_EPS)
 
 
-def flange(flange_height: float, root_start, face_start, tip_end) -> list[Piece]:
-    """Flange from its back to the root by EN 13715, in mm of the standard's axes (z towards the tip).
-
-    With a thin flange the two R12 arcs of the tip meet in an edge half way between their centres.
-    """
-    rise = flange_height - 28.0
-    inner = np.array([-55.0, 16.0 + rise])
-    outer = outer_tip_centre(tip_end, inner[1])
-    edge = np.array([(inner[0] + outer) / 2, inner[1] + np.sqrt(144 - ((inner[0] - outer) / 2) ** 2)])
-    radius = 20 + 0.75 * rise
-    return [
-        _arc((-70.0, 9.519 + rise), (-62.765, 25.149 + rise), -20.5),
-        _arc((-62.765, 25.149 + rise), edge, -12),
-        _arc(edge, tip_end, -12),
-        _arc(tip_end, face_start, -radius),
-        _line(face_start, root_start),
-    ]
-
-
-def outer_tip_centre(tip_end, height: float) -> float:
-    """y of the centre of the outer R12 arc that ends at tip_end with its centre at this height [mm]."""
-    return tip_end[0] - np.sqrt(144 - (tip_end[1] - height) ** 2)
+def flange_back(rise: float, edge: np.ndarray) -> list[Piece]:
+    """Back and tip of a flange by EN 13715, `rise` higher than 28, up to the edge in which the tip's R12 arcs meet half
+    way between their centres where the flange is thin; in mm of the standard's axes (z towards the tip)."""
+    end = -62.765, 25.149 + rise
+    return [_arc((-70.0, 9.519 + rise), end, -20.5), _arc(end, edge, -12)]
 
 
 def worn(new: Profile, depth: float, width: float, label: str, centre: float = -2 * MM) -> Profile:
@@ -175,8 +163,7 @@ def p1_like() -> Profile:
     rise = 28.6 - 28.0
     edge = np.array([-57.0, 16.0 + rise + np.sqrt(144 - 4.0)])
     pieces = [
-        _arc((-70.0, 9.519 + rise), (-62.765, 25.149 + rise), -20.5),
-        _arc((-62.765, 25.149 + rise), edge, -12),
+        *flange_back(rise, edge),
         _line(edge, face_top),
         _line(face_top, root_start),
         _arc(root_start, root_end, radius),
