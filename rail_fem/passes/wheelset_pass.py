@@ -17,7 +17,7 @@ import numpy as np
 from bem.exact.kalker_table import coefficients
 from geometry.axes import GAUGE_FACE_Y
 from geometry.path.path_search import BodySearch
-from geometry.path.wheel_path import rolling_radius
+from geometry.path.wheel_path import REACH, RESOLUTION, rolling_radius
 from geometry.surfaces.bodies import BODIES
 from rail_fem.contact.contact_law import ContactLaw
 from rail_fem.contact.contact_table import ContactTable, contact_table
@@ -38,12 +38,11 @@ from rail_fem.passes.wheelset_dynamics import (
     march,
     potential,
 )
+from rail_fem.scene.diverging import Diverging
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.light import RigidHertzSettings
 
 LATERAL_SPACING = 0.5e-3  # between the lateral positions that are searched [m]
-SEARCH, REACH = 0.25e-3, 0.1  # of the plain rail, as geometry.path.wheel_path does
-CHECK_STIFFNESS = 50e6  # of the check rail [N/m]
 ROUNDS = 6  # of the levers at the start; each round gains three digits
 FLANGE = np.radians(45.0)  # contact angle from which a wheel stands on its flange
 LEAST_RATIO, MOST_RATIO = 0.05, 20.0  # of a patch's semi-axes for which Kalker's coefficients are tabulated
@@ -89,7 +88,7 @@ def surfaces_of(scene: Scene, settings: RigidHertzSettings) -> Surfaces:
     x = np.array([crossing.plain_x])
     height = [
         BodySearch(
-            crossing, scene.wheel.shape, "wing", x, scene.wheel.radius, scene.wheel_datum_y + s, SEARCH, REACH
+            crossing, scene.wheel.shape, "wing", x, scene.wheel.radius, scene.wheel_datum_y + s, RESOLUTION, REACH
         ).contacts(x)[0][0]
         for s in shift
     ]
@@ -180,10 +179,8 @@ def wheelset_system(scene: Scene, settings: RigidHertzSettings) -> WheelsetSyste
 def check_stop(scene: Scene, settings: RigidHertzSettings) -> tuple[float, float]:
     """How far the centred wheelset may move towards the wheel's field side before the check rail holds it [m], inf
     without one, and the check rail's stiffness [N/m]."""
-    if scene.diverging is not None:
-        return scene.diverging.clearance(scene.gauge, scene.back_to_back), scene.diverging.check_stiffness
-    clearance = np.inf if settings.check_rail is None else settings.check_rail - (scene.gauge - scene.back_to_back) / 2
-    return clearance, CHECK_STIFFNESS
+    route = scene.diverging or Diverging.model_construct(check_rail=settings.check_rail)
+    return route.clearance(scene.gauge, scene.back_to_back), route.check_stiffness
 
 
 def datum_arm(scene: Scene) -> float:
