@@ -63,22 +63,11 @@ def _round_polygon(corners: np.ndarray) -> np.ndarray:
 
 
 def depth_below(polygons: list[np.ndarray], position: np.ndarray) -> float:
-    """How far the section's upper outline stands above a point (2,) y, z [m]."""
-    return (
-        max(
-            (upper_height(polygon, position[0]) for polygon in polygons if np.ptp(polygon[:, 0]) > 0),
-            default=position[1],
-        )
-        - position[1]
-    )
-
-
-def upper_height(polygon: np.ndarray, y: float) -> float:
-    """Largest z of a convex polygon (k, 2) on the upright line at y [m]; minus infinity where it does not reach."""
-    start, end = polygon, np.roll(polygon, -1, axis=0)
-    low, high = np.minimum(start[:, 0], end[:, 0]), np.maximum(start[:, 0], end[:, 0])
-    over = (low <= y) & (y <= high) & (high > low)
-    if not over.any():
-        return -np.inf
-    share = (y - start[over, 0]) / (end[over, 0] - start[over, 0])
-    return float((start[over, 1] + share * (end[over, 1] - start[over, 1])).max())
+    """How far the section's upper outline stands above a point (2,) y, z of it [m]."""
+    y, z = position
+    start = np.concatenate(polygons)
+    run, rise = (np.concatenate([np.roll(polygon, -1, axis=0) for polygon in polygons]) - start).T
+    along = y - start[:, 0]
+    over = (np.minimum(run, 0.0) <= along) & (along <= np.maximum(run, 0.0)) & (run != 0.0)
+    height = start[over, 1] + along[over] / run[over] * rise[over]
+    return float(height.max(initial=z) - z)

@@ -13,11 +13,10 @@ from matplotlib.figure import Figure
 
 from rail_fem.hierarchy import MODELS
 from rail_fem.result.result import PassResult, load
-from rail_fem.show.creep import creep_figure
 from rail_fem.show.energies import LINES, energies_figure
 from rail_fem.show.force import force_figure
+from rail_fem.show.histories import creep_figure, patches_figure
 from rail_fem.show.passes import passes_figure
-from rail_fem.show.patches import patches_figure
 from rail_fem.show.style import lettering, save, words_instead
 
 HISTORIES: dict[str, Callable[[PassResult, str], Figure]] = {

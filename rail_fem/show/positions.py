@@ -1,15 +1,11 @@
 """What the figures over the running distance have in common: the axis, the direction of travel, the positions that are
 marked."""
 
-from collections.abc import Sequence
-
 import numpy as np
-from matplotlib.figure import Figure
 
 from rail_fem.result.events import lost_contact, settling_end
 from rail_fem.result.result import PassResult
-from rail_fem.show.panels import Panel, legend_above, new_panels
-from rail_fem.show.style import GREEN, ORANGE, PURPLE, align_labels, give_title
+from rail_fem.show.style import GREEN, ORANGE, PURPLE
 
 
 def mark_positions(axes, result: PassResult, label: bool = True) -> None:
@@ -44,17 +40,3 @@ def distance_words(result: PassResult) -> str:
 def label_distance(axes, result: PassResult) -> None:
     """The axis of the running distance."""
     axes.set_xlabel(distance_words(result))
-
-
-def over_distance(result: PassResult, panels: Sequence[Panel], what: str, name: str) -> Figure:
-    """Panels over the running distance beneath one another, the positions marked in all of them and told in the
-    first."""
-    figure, axes = new_panels(3.0 + 3.0 * len(panels), len(panels), 1, sharex=True, squeeze=False)
-    for axis, panel in zip(axes[:, 0], panels):
-        panel.draw(axis)
-        mark_positions(axis, result, label=panel is panels[0])
-    legend_above(axes[0, 0])
-    label_distance(axes[-1, 0], result)
-    align_labels(figure)
-    give_title(figure, what, name, result)
-    return figure

@@ -14,7 +14,7 @@ from rail_fem.result.events import peak_at
 from rail_fem.result.result import PassResult
 from rail_fem.show.energies import LINES, SHARES
 from rail_fem.show.force import force_figure
-from rail_fem.show.patches import patches_figure
+from rail_fem.show.histories import patches_figure
 from rail_fem.show.plan import contact_path
 from rail_fem.show.report import flight_rows, headlines
 from rail_fem.show.style import new_figure, save

@@ -19,13 +19,12 @@ from rail_fem.result.events import lost_contact, settling_end, stated_peaks
 from rail_fem.result.fields import field_file, read_fields
 from rail_fem.result.result import PassResult, PatchSummary, Peak
 from rail_fem.result.trust import largest_internal
-from rail_fem.show.creep import creep_figure
 from rail_fem.show.energies import energies_figure
 from rail_fem.show.fields import FieldsError, cut_at, depth_below, faces_from_above, read_crossing
 from rail_fem.show.figures import HISTORIES, draw_run, field_figures
 from rail_fem.show.force import force_figure
+from rail_fem.show.histories import creep_figure, patches_figure
 from rail_fem.show.panels import Panel, new_panels
-from rail_fem.show.patches import patches_figure
 from rail_fem.show.plan import cut_in_strips, plan_figure, view_box
 from rail_fem.show.section import section_figure
 from rail_fem.show.stress import kept_frames, loaded_frame, residual, stress_figure, under_load
