@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bem.exact.subsurface import line_stress
 from rail_fem.damage.wear import Patches, WearError
 
 REGIONS = ("none", "fatigue", "mixed", "wear")
@@ -67,49 +68,29 @@ def shakedown_point(patch: Patches, shear_yield: float) -> ShakedownPoint:
     return ShakedownPoint(pressure / shear_yield, traction, traction - shear_yield / pressure)
 
 
-def shakedown_limits(traction: np.ndarray, line: bool = False) -> dict[str, np.ndarray]:
-    """p0/k at first yield ("elastic") and at the limit of elastic shakedown ("shakedown") over the traction
-    coefficient.
+def shakedown_limits(traction: np.ndarray, line: bool = False) -> np.ndarray:
+    """p0/k at the limit of elastic shakedown over the traction coefficient.
 
-    line : contact of a cylinder (plane strain), whose borders are computed here: first yield by Tresca from the elastic
-    field of a half-space under p0 sqrt(1 - x^2) and mu times it; shakedown below the surface by Melan's theorem, where
-    the largest orthogonal shear stress reaches k, at 4.0 without traction. Otherwise of a circular point contact: 4.7
-    without traction (recalled, not opened), and for both the surface limit 1 / mu.
+    line : contact of a cylinder (plane strain), whose border is computed here from the elastic field of a half-space
+    under p0 sqrt(1 - x^2) and mu times it: below the surface by Melan's theorem, where the largest orthogonal shear
+    stress reaches k, at 4.0 without traction. Otherwise of a circular point contact: 4.7 without traction (recalled,
+    not opened), falling as that of a line does. For both the surface limit 1 / mu.
     Source: Johnson, Contact Mechanics (1985), sections 4.1, 7.2 and 9.2.
     """
     mu = np.asarray(traction, float)
     with np.errstate(divide="ignore"):
         surface = 1 / mu
-    if not line:
-        return {"shakedown": np.minimum(4.7 * _fall(mu), surface)}
-    yielded, sheared = zip(*(_line_stresses(float(m)) for m in np.ravel(mu)), strict=True)
-    return {"elastic": 1 / np.array(yielded), "shakedown": np.minimum(1 / np.array(sheared), surface)}
+    sheared = np.reshape([_orthogonal_shear(float(m)) for m in np.ravel(mu)], mu.shape)
+    below = 1 / sheared if line else 4.7 * _orthogonal_shear(0.0) / sheared
+    return np.minimum(below, surface)
 
 
-def _fall(mu: np.ndarray) -> np.ndarray:
-    """Orthogonal shear limit below the surface over its value without traction, taken from line contact."""
-    base = 1 / _line_stresses(0.0)[1]
-    return np.array([1 / _line_stresses(float(m))[1] / base for m in np.ravel(mu)]).reshape(np.shape(mu))
-
-
-def _line_stresses(mu: float) -> tuple[float, float]:
-    """Largest Tresca shear stress and largest |tau_xz| range below the surface over p0, of a sliding line contact.
+def _orthogonal_shear(mu: float) -> float:
+    """Largest |tau_xz| below the surface over p0, of a sliding line contact.
 
     tau_xz changes its sign along x without traction; residual stresses cannot take its amplitude away, so that Melan's
     limit is its half range where the range is symmetric, and with traction the largest over depth of the mean-free part
     plus what the mean cannot be balanced: residual tau_xz must vanish in equilibrium, so that max |tau_xz| counts.
-    Source: Johnson (1985), eq. 4.49 (normal) and 7.9 (tangential), in McEwen's m and n.
     """
-    x, z = np.meshgrid(np.linspace(-3, 3, 601), np.concatenate([[1e-4], np.linspace(0.01, 2.5, 250)]), indexing="ij")
-    s = 1 - x**2 + z**2
-    root = np.sqrt(s**2 + 4 * x**2 * z**2)
-    m = np.sqrt((root + s) / 2)
-    n = np.sign(x) * np.sqrt(np.maximum(root - s, 0) / 2)
-    share = (z**2 + n**2) / (m**2 + n**2)
-    normal = -(m * (1 + share) - 2 * z), -m * (1 - share), -n * (m**2 - z**2) / (m**2 + n**2)
-    tangent = n * (2 - (z**2 - m**2) / (m**2 + n**2)) - 2 * x, normal[2], normal[0]
-    sxx, szz, sxz = (a + mu * b for a, b in zip(normal, tangent))
-    syy = 0.3 * (sxx + szz)
-    middle, radius = (sxx + szz) / 2, np.hypot((sxx - szz) / 2, sxz)
-    tresca = np.maximum(radius, np.maximum(np.abs(middle + radius - syy), np.abs(middle - radius - syy)) / 2)
-    return float(tresca.max()), float(np.abs(sxz[:, 1:]).max())
+    x, depth = np.meshgrid(np.linspace(-3, 3, 601), np.linspace(0.01, 2.5, 250), indexing="ij")
+    return float(np.abs(line_stress(x, depth, 1.0, 1.0, mu)[2]).max())

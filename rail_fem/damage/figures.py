@@ -137,8 +137,8 @@ def shakedown_panel(before: Rate, after: Rate, parts: tuple[str, ...]) -> Panel:
     with the limits of point and of line contact, beyond which steel ratchets."""
     mu = np.linspace(0.005, 0.6, 60)
     lines: dict[str, tuple] = {
-        "elastic shakedown, circular point contact": (mu, shakedown_limits(mu)["shakedown"]),
-        "elastic shakedown, line contact": (mu, shakedown_limits(mu, line=True)["shakedown"], "--"),
+        "elastic shakedown, circular point contact": (mu, shakedown_limits(mu)),
+        "elastic shakedown, line contact": (mu, shakedown_limits(mu, line=True), "--"),
     }
     paths = len(parts) > 1
     for when, rate in (("first", before), ("at the end", after)):
