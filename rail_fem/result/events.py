@@ -115,6 +115,11 @@ def after_settling(history: Mapping[str, np.ndarray], settled: float) -> dict[st
     return {name: values[after] for name, values in history.items()}
 
 
+def settled_rows(result: PassResult) -> dict[str, np.ndarray]:
+    """Those of a result; all where there is no settling."""
+    return after_settling(result.history, result.settings.get("settle_time") or -np.inf)
+
+
 def force_peaks(
     history: Mapping[str, np.ndarray],
     sign: float,
@@ -245,9 +250,8 @@ def settling_end(result: PassResult) -> tuple[float, float]:
 @lru_cache(maxsize=1)  # tables ask for one after the other of the same result
 def stated_peaks(result: PassResult) -> Mapping[str, Peak]:
     """The forces that a result states, by name; where it states none, those of its history."""
-    end = result.settings.get("settle_time") or -np.inf
-    scene = result.scene
-    found = force_peaks(result.history, scene.direction_sign, scene.static_wheel_load, end, scene.crossing.leg_end)
+    scene, rows = result.scene, settled_rows(result)
+    found = force_peaks(rows, scene.direction_sign, scene.static_wheel_load, leg_end=scene.crossing.leg_end)
     usable = lambda name, peak: np.isfinite(peak.value) and (np.isfinite(peak.x) or name not in found)
     return MappingProxyType(found | {name: peak for name, peak in result.peaks.items() if usable(name, peak)})
 
@@ -269,7 +273,7 @@ def lost_contact(time: np.ndarray, x: np.ndarray, force: np.ndarray, static_load
 
 def flights(result: PassResult) -> list[Flight]:
     """Losses of contact after the settling, in the order of time; none for a model without a history."""
-    rows = after_settling(result.history, result.settings.get("settle_time") or -np.inf)
+    rows = settled_rows(result)
     time, height = rows["time"], rows["wheel_height"]
     losses = lost_contact(time, rows["x"], rows["force"], result.scene.static_wheel_load)
     speed = np.gradient(height, time) if len(time) > 2 else np.full(len(time), NAN)

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from rail_fem.result.events import after_settling
+from rail_fem.result.events import settled_rows
 from rail_fem.result.result import PassResult, Peak
 
 CUTOFFS = (20.0, 50.0, 500.0)  # customary [Hz]
@@ -84,7 +84,7 @@ def filtered_force(result: PassResult, cutoff: float) -> float:
 def filtered_peak(result: PassResult, cutoff: float) -> Peak | None:
     """The largest low-passed force on the wheel after the settling; None without a history of a force, and where it is
     none of the record's: the record is shorter than two of the filter's LENGTH, or ends within one of it."""
-    rows = after_settling(result.history, result.settings.get("settle_time") or -np.inf)
+    rows = settled_rows(result)
     if len(rows["time"]) < 3 or not np.isfinite(rows["force"]).all():
         return None
     force = low_passed({"time": rows["time"], "force": rows["force"]}, cutoff)["force"]
@@ -96,5 +96,5 @@ def filtered_peak(result: PassResult, cutoff: float) -> Peak | None:
 
 def overshoot(result: PassResult, peak: Peak) -> str:
     """What is to be said of a `filtered_peak` above all of the force that was filtered; "" where it is not."""
-    above = peak.value > after_settling(result.history, result.settings.get("settle_time") or -np.inf)["force"].max()
+    above = peak.value > settled_rows(result)["force"].max()
     return ", above the force itself: the filter overshoots" if above else ""

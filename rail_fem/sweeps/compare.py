@@ -9,7 +9,7 @@ import numpy as np
 
 from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
-from rail_fem.result.events import NEAR_END, force_peaks, stated_peaks
+from rail_fem.result.events import NEAR_END, force_peaks, settled_rows, stated_peaks
 from rail_fem.result.quantities import FORCES, REPORTED
 from rail_fem.result.result import NAN, PassResult, Peak, load
 from rail_fem.result.runfolder import differences
@@ -60,7 +60,7 @@ class CommonPath:
 
 def common_path(result: PassResult, reference: PassResult) -> CommonPath:
     """A result without history (a formula) is compared over all of the reference's path."""
-    paths = [x for x in map(settled_path, (result, reference)) if len(x)]
+    paths = [x for one in (result, reference) if len(x := settled_rows(one)["x"])]
     return CommonPath(max((x.min() for x in paths), default=NAN), min((x.max() for x in paths), default=NAN))
 
 
@@ -68,11 +68,10 @@ def forces_on(result: PassResult, path: CommonPath) -> dict[str, Peak]:
     """Impacts and largest forces on this path; those of a formula are at the transfer, wherever that is."""
     if not len(result.history["x"]):
         return dict(result.peaks)
-    x, scene = result.history["x"], result.scene
-    on = (x >= path.low) & (x <= path.high)
-    rows = {name: values[on] for name, values in result.history.items()}
-    settled = result.settings.get("settle_time") or -np.inf
-    return force_peaks(rows, scene.direction_sign, scene.static_wheel_load, settled, scene.crossing.leg_end)
+    scene, rows = result.scene, settled_rows(result)
+    on = (rows["x"] >= path.low) & (rows["x"] <= path.high)
+    there = {name: values[on] for name, values in rows.items()}
+    return force_peaks(there, scene.direction_sign, scene.static_wheel_load, leg_end=scene.crossing.leg_end)
 
 
 def of_force(*names: str) -> Callable[[PassResult, PassResult], float]:
@@ -114,11 +113,6 @@ def accident(result: PassResult, reference: PassResult, *names: str) -> str:
     return "at its end" if any(min(x - path.low, path.high - x) < NEAR_END for x in taken) else ""
 
 
-def settled_path(result: PassResult) -> np.ndarray:
-    """Positions x (n,) of a history's rows after its settling [m]."""
-    return result.history["x"][result.history["time"] > result.settings.get("settle_time", -1.0)]
-
-
 def along(result: PassResult, x: np.ndarray) -> np.ndarray:
     """The history of the force at positions x (n,)."""
     order = np.argsort(result.history["x"], kind="stable")
@@ -127,7 +121,7 @@ def along(result: PassResult, x: np.ndarray) -> np.ndarray:
 
 def history_error(result: PassResult, reference: PassResult) -> float:
     """Relative L2 difference of the force's history over the common path; NaN where there is none."""
-    path, x = common_path(result, reference), settled_path(reference)
+    path, x = common_path(result, reference), settled_rows(reference)["x"]
     x = x[(x >= path.low) & (x <= path.high)]
     if not len(x) or not len(result.history["x"]):
         return NAN
