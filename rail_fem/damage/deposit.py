@@ -43,64 +43,44 @@ def deposit(feet: Footprints, cells: np.ndarray, scale: np.ndarray, x: np.ndarra
             f"patches reach from x = {low:.3f} to {high:.3f} m, the field from {x[0]:.3f} to {x[-1]:.3f}: give a longer"
             " one"
         )
-    out = np.zeros((len(BODIES), len(x), len(y)))
-    lines = int(np.ceil(2 * half.max(initial=0.0) / (x[1] - x[0]))) + 2
-    _deposit(feet, cells, scale, x, y, np.empty((lines, cells.shape[2])), out)
-    return out
-
-
-@njit(cache=True)
-def _deposit(feet, cells, scale, x, y, strips, out):
-    """deposit into out (2, m, n); strips (lines, ny) is memory for one patch's strips on the lines that it reaches."""
-    dx, nx, ny = x[1] - x[0], cells.shape[1], cells.shape[2]
-    for k in range(len(feet.body)):
-        rear = (feet.centre[k, 0] - (nx - 1) / 2 * feet.along[k] - x[0]) / dx
-        start = min(max(int(np.floor(rear)), 0), len(x) - 2)
-        end = start
-        strips[:] = 0.0
-        for i in range(nx):
-            at = rear + i * feet.along[k] / dx
-            line = min(max(int(np.floor(at)), 0), len(x) - 2)
-            near = at - line
-            end = line + 1
-            for j in range(ny):
-                strips[line - start, j] += (1.0 - near) * cells[k, i, j]
-                strips[line + 1 - start, j] += near * cells[k, i, j]
-        for line in range(start, end + 1):
-            add_across(feet.centre[k, 1], feet.across[k], strips[line - start], scale[k], y, out[feet.body[k], line])
+    dx, columns = x[1] - x[0], np.arange(cells.shape[1]) - (cells.shape[1] - 1) / 2
+    at = (feet.centre[:, :1] + columns * feet.along[:, None] - x[0]) / dx
+    first = np.clip(np.floor(at[:, 0]).astype(int), 0, len(x) - 2)
+    lines = first[:, None] + np.arange(int(np.ceil(2 * half.max(initial=0.0) / dx)) + 2)
+    share = np.maximum(1 - np.abs(lines[:, :, None] - at[:, None]), 0.0)
+    return _on_plan(feet, share @ cells, scale, first, x, y)
 
 
 def deposit_reached(
     feet: Footprints, strips: np.ndarray, scale: np.ndarray, reach: ReachedLines, x: np.ndarray, y: np.ndarray
 ) -> np.ndarray:
     """(2, m, n) depths [m] as of deposit by strips (k, ny) [m], each of which goes to the lines by its shares."""
+    return _on_plan(feet, strips[:, None] * reach.share, scale, reach.first, x, y)
+
+
+def _on_plan(
+    feet: Footprints, strips: np.ndarray, scale: np.ndarray, first: np.ndarray, x: np.ndarray, y: np.ndarray
+) -> np.ndarray:
+    """(2, m, n) by strips (k, l, ny) on l lines from line first (k,) on."""
     out = np.zeros((len(BODIES), len(x), len(y)))
-    _deposit_reached(feet, np.asarray(strips, float), scale, reach, y, out)
+    add_across(feet.body, first, feet.centre[:, 1], feet.across, strips * scale[:, None, None], y, out)
     return out
 
 
 @njit(cache=True)
-def _deposit_reached(feet, strips, scale, reach, y, out):
-    for k in range(len(feet.body)):
-        for line in range(reach.share.shape[1]):
-            part = strips[k] * reach.share[k, line]
-            if part.any():
-                into = out[feet.body[k], reach.first[k] + line]
-                add_across(feet.centre[k, 1], feet.across[k], part, scale[k], y, into)
-
-
-@njit(cache=True)
-def deposit_across(body, centre, width, strips, y, out):
-    """Add strips (k, ny), depth times width [m2], that lie about centre (k,) with widths in plan (k,) [m] to depths out
-    (2, n) at y (n,), evenly spaced [m]."""
+def add_across(body, first, centre, width, strips, y, out):
+    """Add strips (k, l, ny), depth times width [m2], on l lines from first (k,) on, to depths out (2, m, n) at y (n,),
+    evenly spaced [m], by what they cover: they lie about centre (k,), each `width` (k,) wide in plan [m], and are
+    summed up in their own memory. Lines beyond the last are left out."""
     for k in range(len(body)):
-        add_across(centre[k], width[k], strips[k].copy(), 1.0, y, out[body[k]])
+        for line in range(min(strips.shape[1], out.shape[1] - first[k])):
+            if strips[k, line].any():
+                _add_line(centre[k], width[k], strips[k, line], y, out[body[k], first[k] + line])
 
 
 @njit(cache=True)
-def add_across(centre, width, strips, scale, y, out):
-    """Add scale times the strips (ny,), from one edge to the other about centre, to out (n,) by what they cover; they
-    are summed up in their own memory."""
+def _add_line(centre, width, strips, y, out):
+    """Add the strips (ny,), from one edge to the other about centre, to out (n,)."""
     dy, ny = y[1] - y[0], len(strips)
     edge = centre - ny / 2 * width
     first = max(int(np.floor((edge - y[0]) / dy + 0.5)), 0)
@@ -110,7 +90,7 @@ def add_across(centre, width, strips, scale, y, out):
     before = _up_to(y[first] - dy / 2, edge, width, strips)
     for j in range(first, last + 1):
         after = _up_to(y[j] + dy / 2, edge, width, strips)
-        out[j] += scale * (after - before) / dy
+        out[j] += (after - before) / dy
         before = after
 
 

@@ -17,7 +17,7 @@ from scipy.ndimage import gaussian_filter1d
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.profile import Profile
 from geometry.wheelset import Track, Wheelset
-from rail_fem.damage.deposit import deposit_across
+from rail_fem.damage.deposit import add_across
 from rail_fem.damage.rolling import Rolling, equilibrium_near, roll
 from rail_fem.damage.wear import WearLaw
 from rail_fem.damage.wheel_wear import circumference, wheel_lines
@@ -76,8 +76,8 @@ def beyond(wheel: Profile, line: LineWear) -> tuple[float, str]:
 def lost_in_a_turn(wheel: Profile, scene: Scene, law: WearLaw, line: LineWear, y: np.ndarray) -> np.ndarray:
     """(n,) mean depth [m] that a turn of the wheel takes off its profile at y (n,) [m]."""
     search = ContactSearch(Wheelset(wheel, radius=scene.wheel.radius), Track.plain_line(gauge=scene.gauge))
-    away, out, total = np.linspace(-REACH, REACH, POSITIONS), np.zeros((2, len(y))), 0.0
-    load = scene.static_wheel_load
+    away, out, total = np.linspace(-REACH, REACH, POSITIONS), np.zeros((1, 1, len(y))), 0.0
+    load, only = scene.static_wheel_load, np.zeros(1, int)
     rolling = Rolling(scene.speed, scene.friction, cells=CELLS)
     turns = [
         roll(search, equilibrium_near(search, (load, load), float(shift), 0.0), rolling)
@@ -92,8 +92,8 @@ def lost_in_a_turn(wheel: Profile, scene: Scene, law: WearLaw, line: LineWear, y
             if point.side == "left":  # the right wheel is its mirror image, at the opposite position
                 strips = share * law.depth(point.patch, scene.speed) * point.patch.grid.dy
                 width = point.patch.grid.dy * np.cos(point.angle)
-                deposit_across(np.zeros(1, int), np.array([point.station]), np.array([width]), strips[None], y, out)
-    return gaussian_filter1d(out[0] / max(total, 1e-30), SPREAD / (y[1] - y[0]), mode="nearest")
+                add_across(only, only, np.array([point.station]), np.array([width]), strips[None, None], y, out)
+    return gaussian_filter1d(out[0, 0] / max(total, 1e-30), SPREAD / (y[1] - y[0]), mode="nearest")
 
 
 @cache

@@ -14,7 +14,7 @@ import numpy as np
 from geometry.path.wheel_path import rolling_radius
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.crossing import PassContacts
-from rail_fem.damage.deposit import deposit_across
+from rail_fem.damage.deposit import add_across
 from rail_fem.damage.wear import WearLaw
 from rail_fem.scene.scene import Scene
 
@@ -44,11 +44,11 @@ def wheel_wear(
     """
     grid, angle = contacts.patches.grid, contacts.angle
     centre, width = contacts.position[:, 1] - datum, grid.dy * np.cos(angle)
-    out = np.zeros((len(laws), len(BODIES), len(y)))
+    out, only = np.zeros((len(laws), len(BODIES), 1, len(y))), np.zeros(len(centre), int)
     for own, law in zip(out, laws.values(), strict=True):
         strips = law.depth(contacts.patches, contacts.speed) * (factor * spacing * grid.dy)[:, None]
-        deposit_across(contacts.body, centre, width, strips, y, own)
-    return out / circumference(scene, y)
+        add_across(contacts.body, only, centre, width, strips[:, None], y, own)
+    return out[:, :, 0] / circumference(scene, y)
 
 
 def circumference(scene: Scene, y: np.ndarray) -> np.ndarray:
