@@ -7,7 +7,6 @@ The band between the laws is what such a number is worth without a calibration f
 """
 
 import matplotlib.pyplot as plt
-import numpy as np
 
 import rail_fem
 from rail_fem.damage.crossing import PatchOptions, pass_contacts, wear_field
@@ -29,8 +28,7 @@ for number, body in enumerate(("wing", "nose")):
 upper.set(ylabel="T gamma [N]")
 upper.legend()
 for name, law in laws.items():
-    deepest = np.maximum(*(field.depth[name][body].max(axis=1) for body in ("wing", "nose")))
-    lower.plot(field.x * 1e3, deepest * 1e9, label=law.label)
+    lower.plot(field.x * 1e3, field.depth[name].max(axis=(0, 2)) * 1e9, label=law.label)
 lower.set(yscale="log", ylim=(0.1, None), xlabel="x [mm]", ylabel="deepest wear of one dry pass [nm]")
 lower.legend(fontsize=8)
 plt.show()

@@ -60,19 +60,17 @@ class PassContacts:
 
 @dataclass(frozen=True, eq=False)
 class WearField:
-    """Depth worn off by one pass on a plan. x (m,), y (n,) [m];  depth : law -> body -> (m, n) [m];  work : body ->
-    (m, n) friction work per area [J/m2];  contacts : that it comes from."""
+    """Depth worn off wing and nose by one pass on a plan. x (m,), y (n,) [m];  depth : law -> (2, m, n) [m];  work
+    (2, m, n) : friction work per area [J/m2]"""
 
     x: np.ndarray
     y: np.ndarray
-    depth: Mapping[str, Mapping[str, np.ndarray]]
-    work: Mapping[str, np.ndarray]
-    contacts: PassContacts
+    depth: Mapping[str, np.ndarray]
+    work: np.ndarray
 
     def volume(self, law: str) -> float:
         """Worn off by one pass [m3]."""
-        step = (self.x[1] - self.x[0]) * (self.y[1] - self.y[0])
-        return float(sum(part.sum() for part in self.depth[law].values()) * step)
+        return float(self.depth[law].sum() * (self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
 
 
 @dataclass(frozen=True)
@@ -208,9 +206,7 @@ def wear_field(
         line = feet._replace(along=0 * feet.along)
         laid = lambda cells, scale: deposit(line, cells.sum(axis=1, keepdims=True), scale, x, y)
     depth = {name: laid(law.cells(patches, contacts.speed), factor * share) for name, law in laws.items()}
-    work = laid(friction_work_of_cells(patches), share)
-    by_body = {name: dict(zip(BODIES, own, strict=True)) for name, own in depth.items()}
-    return WearField(x, y, by_body, dict(zip(BODIES, work, strict=True)), contacts)
+    return WearField(x, y, depth, laid(friction_work_of_cells(patches), share))
 
 
 def footprints(contacts: PassContacts) -> Footprints:

@@ -225,28 +225,27 @@ def pass_wear(job: tuple[CrossingSite, CrossingPass, AnyCrossing, WornSurface]) 
     pressed, crack = groove_field(site, one.scene, contacts, shape), crack_field(site, contacts)
     wheel = wheel_wear(contacts, one.scene, table.datum, site.wheel_laws, site.factor, site.spacing, site.wheel_lines)
     touched = np.flatnonzero(
-        sum(own.sum(axis=0) for parts in (worn.work, *worn.depth.values()) for own in parts.values())
+        sum(own.sum(axis=(0, 1)) for own in (worn.work, *worn.depth.values()))
         + pressed.sum(axis=(0, 1, 2))
         + np.abs(crack).sum(axis=(0, 1))
     )
     lines = (int(touched[0]), int(touched[-1]) + 1) if len(touched) else (0, 0)
-    stack = lambda parts: np.stack([parts[body][:, slice(*lines)] for body in BODIES])
-    removed = {law: float(worn.volume(law)) for law in site.laws}
+    kept = lambda field: field[..., slice(*lines)].copy()
     columns = {"time": light.time, "x": light.x, "force": light.force.sum(axis=0), "force_nose": light.force[1]}
     transfer = transfer_position(columns, one.scene.direction_sign, one.scene.static_wheel_load)
     return PassWear(
         one.label,
         lines,
-        {law: stack(worn.depth[law]) for law in site.laws},
-        removed,
-        stack(worn.work),
-        crack[..., slice(*lines)],
+        {law: kept(depth) for law, depth in worn.depth.items()},
+        {law: worn.volume(law) for law in worn.depth},
+        kept(worn.work),
+        kept(crack),
         facts_of(contacts, site.hardness, site.shear_yield),
         light.force.max(axis=1),
         largest_impact(light, table, one.scene.static_wheel_load),
         float(transfer),
         (_hardest(contacts, 0), _hardest(contacts, 1)),
-        pressed[..., slice(*lines)],
+        kept(pressed),
         wheel,
         circumference(one.scene, site.wheel_lines),
     )

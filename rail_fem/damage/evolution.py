@@ -16,7 +16,7 @@ Source of the midpoint rule: Hairer, Norsett, Wanner, Solving Ordinary Different
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -81,9 +81,9 @@ class Site:
     def start_from(self, starts: np.ndarray) -> None:
         """Look for them from there, NaN: without a first guess."""
 
-    def afresh(self) -> Self:
-        """One that remembers nothing."""
-        return self
+    def forget(self) -> None:
+        """Look for the next as before any pass."""
+        self.start_from(np.full(self.starts.shape, np.nan))
 
     def first(self) -> Any:
         raise NotImplementedError
@@ -252,7 +252,7 @@ def reset(site: Site, state: Evolution, event: Event) -> Evolution:
     """After grinding or welding: the first shape again, without wear and cracks. Grinding goes down to the deepest
     wear and takes off its own depth below; welding gives all height back."""
     lost = event.keeps_depth * (state.lost + state.deepest) + event.removes
-    site.start_from(np.full(site.starts.shape, np.nan))
+    site.forget()
     done = {"passes": state.passes, "began": state.passes, "log": state.log}
     return replace(begin(site), **done, lost=lost, resets=state.resets + 1)
 

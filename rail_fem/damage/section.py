@@ -6,7 +6,7 @@ the rail keeps its position while it wears.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -95,10 +95,6 @@ class Section(Site):
         """Look for the next equilibria from these positions (k,) [m], NaN: from their own."""
         self.positions.clear()
         self.positions.update({k: float(y) for k, y in enumerate(starts) if np.isfinite(y)})
-
-    def afresh(self) -> Section:
-        """One that remembers no positions."""
-        return replace(self, positions={})
 
     def first(self) -> WornProfile:
         """The section before any pass."""

@@ -84,7 +84,7 @@ def test_a_patch_wears_its_own_position_or_its_length(contacts):
     one, two = (wear_field(contacts, LAWS, over_length=own) for own in (False, True))
     for name in LAWS:
         assert two.volume(name) == pytest.approx(one.volume(name), rel=1e-12)
-    nose = [field.depth["krause_poll"]["nose"].max(axis=1) for field in (one, two)]
+    nose = [field.depth["krause_poll"][1].max(axis=1) for field in (one, two)]
     assert (nose[1] > 0).sum() > (nose[0] > 0).sum()
     assert np.abs(np.diff(nose[1], 2)).max() < np.abs(np.diff(nose[0], 2)).max()
 

@@ -216,7 +216,9 @@ def test_blocks_are_as_long_as_told(section):
 def test_a_told_block_that_is_too_long_is_taken_in_shorter_ones(section):
     """40 passes at k = 0.1 at once turn the corner's line over: it is worn in shorter blocks, none of whose errors
     is beyond 2 % of the deepest; how they grow is part of the state."""
-    fast = replace(section.afresh(), laws=laws_of(load_case(CASE, QUICK | {"damage.wear_coefficient": 0.1}).damage))
+    fast = replace(
+        section, positions={}, laws=laws_of(load_case(CASE, QUICK | {"damage.wear_coefficient": 0.1}).damage)
+    )
     stepping = Stepping(block=40.0, smoothing=0.1e-3, told_tolerance=0.02)
     whole = list(evolve(fast, 40.0, stepping))
     end, lengths = whole[-1], np.diff([0.0, *(state.passes for state in whole)])
