@@ -62,8 +62,7 @@ def compare(
 
 def compare_studies(folders: list[Path], out: Path | None) -> None:
     """Damage studies side by side, two of one crossing also by position."""
-    from rail_fem.damage.side_by_side import studies_facts, studies_table
-    from rail_fem.damage.study_pair import compare_pair
+    from rail_fem.damage.side_by_side import compare_pair, studies_facts, studies_table
     from rail_fem.show.table_and_figure import write_table_and_figure
 
     with refusing():

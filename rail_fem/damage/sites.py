@@ -16,12 +16,11 @@ from rail_fem.damage.crossing_site import CrossingPass, CrossingSite
 from rail_fem.damage.evolution import LEAST_SHARE, Stepping
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.groove import FlowLaw
-from rail_fem.damage.line_wear import worn_on_line
 from rail_fem.damage.rolling import Rolling
 from rail_fem.damage.section import Passing, Section, scattered, sine_positions
 from rail_fem.damage.subsurface import SubsurfaceSteel, subsurface_fatigue
 from rail_fem.damage.traffic import WELD, Event, equivalent_tonnage
-from rail_fem.damage.turning import wheels_between, wheels_on_line
+from rail_fem.damage.turning import wheels_between, wheels_on_line, worn_on_line
 from rail_fem.damage.wear import Archard, WearLaw, dry_laws
 from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.processes.pool import Pool

@@ -16,10 +16,9 @@ from geometry.profiles.formats.by_suffix import write_profile
 from rail_fem.case.casefile import Case
 from rail_fem.damage.drivers import sensitivities, wheel_ratios
 from rail_fem.damage.evolution import Evolution, begin, evolve
-from rail_fem.damage.explicit_flow import MODEL, SAME, ExplicitStops
 from rail_fem.damage.figures import study_figures
 from rail_fem.damage.fleet_life import fleet_life
-from rail_fem.damage.flow import flow_digest, read_flow
+from rail_fem.damage.flow import MODEL, SAME, ExplicitStops, flow_digest, read_flow
 from rail_fem.damage.report import study_report
 from rail_fem.damage.sites import crossing_site, stepping_of, switch_section, tonnage_of, wheels_of
 from rail_fem.damage.study_state import read_state, state_arrays, write_state

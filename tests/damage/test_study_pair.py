@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rail_fem.damage.study_pair import compare_pair, read, tables
+from rail_fem.damage.side_by_side import compare_pair, read, tables
 
 
 def write_study(folder, blocks, factor=1.0, passes=100.0, flows=False):
