@@ -29,8 +29,7 @@ def compare(
     from rail_fem.result.quantities import two_now
     from rail_fem.show.table_and_figure import write_table_and_figure
     from rail_fem.sweeps import compare as side_by_side
-    from rail_fem.sweeps.compare_facts import comparison_facts
-    from rail_fem.sweeps.compare_strain import strain_table
+    from rail_fem.sweeps.compare_report import comparison_facts, comparison_text
     from rail_fem.sweeps.cost_figure import cost_figure
 
     if any(is_begun(folder) for folder in folders):
@@ -47,14 +46,12 @@ def compare(
     limit = None if within is None else share(within, "--within")
     with refusing():
         found = side_by_side.compare(folders, reference)
-        advice = [] if limit is None else [side_by_side.advice(found, limit, quantity) + "\n"]
-        words = [side_by_side.table(found), strain_table(found), *advice, side_by_side.warnings(found)]
-        words = [text for text in words if text]
-        say("\n".join(words).rstrip())
+        text = comparison_text(found, limit, quantity)
+        say(text.rstrip())
         if out is not None:
             title = f"# {len(found.names)} runs held against {found.names[found.results.index(found.reference)]}\n"
-            text, drawn = "\n".join([title, *words]), out / "compare.png"
-            write_table_and_figure(out / "compare.md", text, drawn, lambda: cost_figure(found))
+            drawn = out / "compare.png"
+            write_table_and_figure(out / "compare.md", f"{title}\n{text}", drawn, lambda: cost_figure(found))
             say(str(drawn))
         if MANNER.as_json:
             emit(comparison_facts(found, limit, quantity))

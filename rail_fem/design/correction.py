@@ -98,9 +98,8 @@ def proven_scores(problem: Problem, runs: Sequence[ProofRun]) -> list[ProvenScor
 
 
 def _within_bounds(problem: Problem, values: np.ndarray) -> np.ndarray:
-    low, high = np.array([variable.bounds for variable in problem.design.vary]).T
     at = np.where(np.isnan(values), problem.start_values, values)
-    return np.where(np.isnan(at), 0.5, (at - low) / (high - low))
+    return np.where(np.isnan(at), 0.5, problem.scaled(at))
 
 
 def _between(points: np.ndarray, known: np.ndarray, at: np.ndarray, without: float) -> np.ndarray:

@@ -61,14 +61,14 @@ def invert(
             drawn = samples[:: max(1, 4 * len(samples) // design.trials), :-1]
             if problem.records:
                 drawn[::2] = _about_best(problem, trials, known, len(drawn[::2]), design.seed + number)
-            more = record.made(pool, scaled_back(problem, drawn))
+            more = record.made(pool, problem.scaled_back(drawn))
             trials, late = trials + more, late + len(_run(more))
             say(f"{len(trials)} trials, of them {late} where the facts make scenes likely")
         if problem.records:  # a trace is met by few: the likeliest sample becomes a trial, that the fit be seen
             known = _known(problem, trials, late, proofs)
             samples = sample(known, len(design.vary), design.seed, SAMPLES // 4)
             at = np.argmax(np.sum([one.log_likelihood(samples) for one in known], axis=0))
-            more = record.made(pool, scaled_back(problem, samples[at : at + 1, :-1]))
+            more = record.made(pool, problem.scaled_back(samples[at : at + 1, :-1]))
             trials, late = trials + more, late + (len(_run(more)) if late else 0)
         if design.guess and not earlier:
             trials = record.made(pool, np.array([design.guessed])) + trials
@@ -80,7 +80,7 @@ def _about_best(problem: Problem, trials: Sequence[Trial], known: Sequence[Known
     emulator of a trace is far off it does not know where to look. Moves as in posterior."""
     rng = np.random.default_rng([seed, count])
     ranked = sorted(_run(trials), key=lambda trial: -likelihood(problem, trial, known))
-    best = scaled(problem, np.array([trial.values for trial in ranked[: max(BEST, len(problem.design.vary) + 2)]]))
+    best = problem.scaled(np.array([trial.values for trial in ranked[: max(BEST, len(problem.design.vary) + 2)]]))
     one, two, three = rng.integers(len(best), size=(3, count))
     at = best[np.minimum(one, two)] + rng.uniform(0.3, 0.9, (count, 1)) * (best[two] - best[three])
     at = np.abs(at + NEAR * rng.standard_normal(at.shape))
@@ -126,18 +126,6 @@ def scatter_of(problem: Problem, group: Fact, proofs: Sequence[ProofRun]) -> tup
     )
 
 
-def scaled(problem: Problem, values: np.ndarray) -> np.ndarray:
-    """Values (n, k) of the unknowns between their bounds 0 and 1."""
-    low, high = np.array([variable.bounds for variable in problem.design.vary]).T
-    return (values - low) / (high - low)
-
-
-def scaled_back(problem: Problem, points: np.ndarray) -> np.ndarray:
-    """The inverse, in the variables' units."""
-    low, high = np.array([variable.bounds for variable in problem.design.vary]).T
-    return low + points * (high - low)
-
-
 def facts_of(problem: Problem, group: Fact, numbers: np.ndarray) -> np.ndarray:
     """(n, len(group.value))  what trials' numbers (n, m) make of a group, as compared."""
     return group.of(numbers[:, [problem.columns.index(column) for column in group.columns]])
@@ -181,7 +169,7 @@ def _found_again(problem: Problem, trials: Sequence[Trial], fold: np.ndarray) ->
             columns = [problem.columns.index(column) for column in one.group.columns]
             known += [one.of(group) for group in one.group.drawn(truth.numbers[columns], form, rng)]
         low, high = interval(sample(known, len(design.vary), design.seed, SAMPLES // 2))[:, :-1]
-        place = scaled(problem, truth.values[None])[0]
+        place = problem.scaled(truth.values)
         found.append(np.column_stack([(low <= place) & (place <= high), high - low]))
     return np.array(found)
 
@@ -193,7 +181,7 @@ def _known(problem: Problem, trials: Sequence[Trial], late: int, proofs: Sequenc
             f"{len(good)} of {len(trials)} trials could be run, at least {LEAST_TRIALS} are needed, the last:"
             f" {[trial.fault for trial in trials if trial.fault][-1:]}"
         )
-    points = scaled(problem, np.array([trial.values for trial in good]))
+    points = problem.scaled(np.array([trial.values for trial in good]))
     numbers = np.array([trial.expected for trial in good])
     known = known_by_trials(problem.facts, problem.columns, points, numbers, late)
     told = [scatter_of(problem, one.group, proofs) for one in known]
@@ -204,7 +192,7 @@ def _spread(problem: Problem) -> np.ndarray:
     """(trials, k)  values spread evenly over the bounds."""
     design = problem.design
     sobol = qmc.Sobol(len(design.vary), seed=design.seed)
-    return scaled_back(problem, sobol.random_base2(int(np.ceil(np.log2(design.trials))))[: design.trials])
+    return problem.scaled_back(sobol.random_base2(int(np.ceil(np.log2(design.trials))))[: design.trials])
 
 
 def _run(trials: Sequence[Trial]) -> list[Trial]:

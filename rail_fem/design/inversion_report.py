@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from rail_fem.design.inversion import Inversion, facts_of, scaled, scaled_back
+from rail_fem.design.inversion import Inversion, facts_of
 from rail_fem.design.posterior import form_of
 from rail_fem.design.problem import Problem
 from rail_fem.design.record_facts import RecordFact
@@ -33,8 +33,8 @@ def write_inversion(problem: Problem, found: Inversion, out: Path) -> str:
 def inversion_report(problem: Problem, found: Inversion, state: StateReport) -> str:
     """Markdown: unknowns, facts, influence."""
     design, width = problem.design, np.diff(found.interval, axis=0)[0]
-    low, high = (scaled_back(problem, side[None, :-1])[0] for side in found.interval)
-    mean = scaled_back(problem, found.samples[:, :-1].mean(axis=0)[None])[0]
+    low, high = problem.scaled_back(found.interval[:, :-1])
+    mean = problem.scaled_back(found.samples[:, :-1].mean(axis=0))
     rows = [
         [v.words, f"{v.low} to {v.high}", f"{m:.4g}", f"{a:.4g} to {b:.4g} {v.unit}", _share(w), f"{best:.4g} {v.unit}"]
         for v, m, a, b, w, best in zip(design.vary, mean, low, high, width, found.likely.values)
@@ -131,9 +131,8 @@ def inversion_figure(problem: Problem, found: Inversion) -> Figure:
     count = len(vary)
     figure = new_figure(12.5)
     grid = figure.add_gridspec(count, count + 1)
-    at = scaled_back(problem, found.samples[:, :-1])
-    likely, inside = found.likely.values, np.array(found.interval[:, :-1])
-    low, high = (scaled_back(problem, side[None])[0] for side in inside)
+    at = problem.scaled_back(found.samples[:, :-1])
+    likely, (low, high) = found.likely.values, problem.scaled_back(found.interval[:, :-1])
     for i in range(count):
         for k in range(i + 1):
             axes = figure.add_subplot(grid[i, k])
@@ -156,8 +155,8 @@ def inversion_figure(problem: Problem, found: Inversion) -> Figure:
             if k == 0 and i > 0:
                 axes.set_ylabel(vary[i].label, fontsize=9)
     _draw_facts(problem, found, figure.add_axes((0.7, 0.56, 0.29, 0.39)))
-    start = scaled(problem, likely[None])[0]
-    beside = " (at a bound)" if ((start < 0.01) | (start > 0.99)).any() else ""
+    place = problem.scaled(likely)
+    beside = " (at a bound)" if ((place < 0.01) | (place > 0.99)).any() else ""
     figure.suptitle(
         f"What {problem.design.source} says of the scene, by {problem.design.model}: 95 % intervals"
         f" grey, the most likely trial orange{beside}",

@@ -287,6 +287,21 @@ class Problem:
         return [fact for fact in self.facts if isinstance(fact, RecordFact)]
 
     @cached_property
+    def bounds(self) -> np.ndarray:
+        """(2, k)  low and high of the variables, in their units."""
+        return np.array([variable.bounds for variable in self.design.vary]).T
+
+    def scaled(self, values: np.ndarray) -> np.ndarray:
+        """Values (..., k) of the variables between their bounds 0 and 1."""
+        low, high = self.bounds
+        return (values - low) / (high - low)
+
+    def scaled_back(self, points: np.ndarray) -> np.ndarray:
+        """The inverse, in the variables' units."""
+        low, high = self.bounds
+        return low + points * (high - low)
+
+    @cached_property
     def start_values(self) -> np.ndarray:
         """(k,)  of the variables in the case as it is, NaN for one that it leaves to the program. Errors: CaseError."""
         case = load_case(self.case, {})

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from matplotlib.figure import Figure
 
-from rail_fem.design.inversion import Inversion, scaled, scaled_back
+from rail_fem.design.inversion import Inversion
 from rail_fem.design.observations import FORM
 from rail_fem.design.posterior import form_of
 from rail_fem.design.problem import Problem
@@ -104,7 +104,7 @@ class StateReport:
     def _beyond(self) -> np.ndarray:
         """(k,)  how far the most likely trial lies outside each interval, over the bounds."""
         low, high = self.found.interval[:, :-1]
-        at = scaled(self.problem, self.found.likely.values[None])[0]
+        at = self.problem.scaled(self.found.likely.values)
         return np.maximum(np.maximum(low - at, at - high), 0.0)
 
     @cached_property
@@ -114,10 +114,10 @@ class StateReport:
         if self.doubts:
             return ["No verdict, nor are the intervals below to be trusted: " + "; ".join(self.doubts) + "."]
         problem, found, told = self.problem, self.found, []
-        values = scaled_back(problem, found.samples[:, :-1])
+        values = problem.scaled_back(found.samples[:, :-1])
         bearers = problem.changed(None, problem.design.passes[0]).scene.bearers
         for v, start, own, (low, high) in zip(
-            problem.design.vary, problem.start_values, values.T, scaled_back(problem, found.interval[:, :-1]).T
+            problem.design.vary, problem.start_values, values.T, problem.scaled_back(found.interval[:, :-1]).T
         ):
             if v.key.startswith(BALLAST):
                 number = bearers.unlike[int(v.key.removeprefix(BALLAST))] if bearers else "?"
@@ -163,9 +163,9 @@ class StateReport:
         figure = new_figure(2.5 * above + 2.6 * len(records) + 0.8)
         grid = figure.add_gridspec(above + len(records), columns)
         axes = [figure.add_subplot(grid[divmod(k, columns)]) for k in range(len(vary))]
-        values = scaled_back(problem, found.samples[:, :-1])
+        values = problem.scaled_back(found.samples[:, :-1])
         for axis, v, own, (low, high), start in zip(
-            axes, vary, values.T, scaled_back(problem, found.interval[:, :-1]).T, problem.start_values
+            axes, vary, values.T, problem.scaled_back(found.interval[:, :-1]).T, problem.start_values
         ):
             first, last = v.bounds
             axis.hist(own, bins=40, range=v.bounds, density=True, color=WING, alpha=0.6, label="posterior")

@@ -69,14 +69,14 @@ def speed_against_error(runs: Path | None) -> str:
     missing."""
     if runs is None:
         return "Not asked for: `--runs DIR` names a folder of runs of one scene by several models.\n"
-    from rail_fem.sweeps import compare
-    from rail_fem.sweeps.compare_strain import strain_table
+    from rail_fem.sweeps.compare import compare
+    from rail_fem.sweeps.compare_report import comparison_text
 
-    found = compare.compare([runs])
+    found = compare([runs])
     absent = [model for model in MODELS if all(result.model != model for result in found.results)]
     command = f"rail-fem sweep CASE {' '.join(f'--model {model}' for model in absent)} --out {runs.parent}"
     more = [f"No run by {', '.join(absent)}: `{command}` makes it.\n"] if absent else []
-    return "\n".join([compare.table(found), strain_table(found), compare.warnings(found), *more])
+    return "\n".join([comparison_text(found), *more])
 
 
 def hard_cases(files: tuple[str, ...]) -> str:

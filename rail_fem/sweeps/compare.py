@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.result.events import NEAR_END, force_peaks, settled_rows, stated_peaks
 from rail_fem.result.quantities import FORCES, REPORTED
@@ -251,65 +250,3 @@ def short_names(paths: list[Path]) -> tuple[str, ...]:
     endings = [[tuple(one[-k:]) for k in range(1, len(one) + 1)] for one in parts]
     taken = Counter(ending for one in endings for ending in one)
     return tuple("/".join(next((e for e in one if taken[e] == 1), one[-1])) for one in endings)
-
-
-def table(comparison: Comparison) -> str:
-    """Markdown: a row for each result, least expensive first. A force is marked "outside" where the one that a run
-    states lies outside the common path, "at its end" where that on the path lies within 10 mm of an end of it: it may
-    then be an accident of the window."""
-    head = ["run", "model", "core seconds", "search, compilation [s]", "common path [mm]"]
-    head += [*QUANTITIES, "transfer x [mm]", "its own error estimate", "warnings"]
-    lines = []
-    for name, result in zip(comparison.names, comparison.results):
-        errors = [_shown(comparison, result, quantity) for quantity in QUANTITIES]
-        position = "-" if np.isnan(result.transfer_x) else f"{result.transfer_x * 1e3:.1f}"
-        own = ", ".join(f"{key} {value:.2g}" for key, value in result.error_estimate.items() if np.isfinite(value))
-        cost = f"{core_seconds(result):.3g}", f"{result.cost.search_time:.3g}, {result.cost.compile_time:.3g}"
-        path = common_path(result, comparison.reference).words
-        said = position, own or "none claimed", f"{len(result.warnings)}"
-        lines.append([name, result.model, *cost, path, *errors, *said])
-    return "\n".join(markdown_table(head, lines)) + "\n"
-
-
-def _shown(comparison: Comparison, result: PassResult, quantity: str) -> str:
-    if result is comparison.reference:
-        return "reference"
-    error = comparison.error(result, quantity)
-    if np.isnan(error):
-        return "-"
-    why = accident(result, comparison.reference, *QUANTITIES[quantity].forces)
-    return f"{error:.1%}" if quantity == "history" else f"{error:+.1%}" + (f" ({why})" if why else "")
-
-
-def warnings(comparison: Comparison) -> str:
-    """Markdown: what each result warns of, by its name."""
-    return "\n\n".join(
-        "\n- ".join([f"{name}:\n", *result.warnings])
-        for name, result in zip(comparison.names, comparison.results)
-        if result.warnings
-    )
-
-
-def advice(comparison: Comparison, limit: float, quantity: str) -> str:
-    """The least expensive result within a relative error, in a sentence that says how far to trust it."""
-    reference = comparison.names[comparison.results.index(comparison.reference)]
-    found = comparison.least_expensive_within(limit, quantity)
-    claimed = [v for v in comparison.reference.error_estimate.values() if np.isfinite(v)]
-    caution = f"; {reference} itself claims no less than {max(claimed):.2%}" if claimed and max(claimed) > limit else ""
-    bar = comparison.bar(quantity)
-    caution += f"; the error bar of {reference}, {bar:.2%}, is counted in" if bar else ""
-    form = comparison.form(quantity)
-    caution += f"; what every one of them leaves out moves it by {form:.0%} besides (form)" if form == form else ""
-    if found is None:
-        return (
-            f"nothing less expensive than {reference} is within {limit:.3g} of it in"
-            f" {QUANTITIES[quantity].meaning}{caution}"
-        )
-    result = comparison.results[found]
-    ratio = core_seconds(comparison.reference) / core_seconds(result)
-    flags = f", with {len(result.warnings)} warning(s) of its own" if result.warnings else ""
-    return (
-        f"{comparison.names[found]} ({result.model}) is the least expensive within {limit:.3g} of {reference} in"
-        f" {QUANTITIES[quantity].meaning}: off by {comparison.error(result, quantity):+.1%} at a cost {ratio:.3g} times"
-        f" less{flags}{caution}"
-    )

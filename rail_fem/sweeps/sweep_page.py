@@ -21,8 +21,7 @@ from rail_fem.show.reference import dip_figure, forces_figure
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds
 from rail_fem.sweeps.group_figure import Marks, group_figure, strain_figure, summary_figure
-from rail_fem.sweeps.leg_table import beside_table, leg_table, scenes_apart
-from rail_fem.sweeps.published_table import published_table
+from rail_fem.sweeps.published_table import beside_table, leg_table, published_table, scenes_apart
 from rail_fem.sweeps.sweep_report import Results, force_table, parts_of, results_below
 from rail_fem.sweeps.trend_words import count_lines, trend_lines
 from rail_fem.sweeps.trends import MEASURES, Group, Source, load_source

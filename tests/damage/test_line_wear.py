@@ -7,7 +7,7 @@ import pytest
 
 from geometry.profiles.wheel import wheel_profile
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.damage import line_wear
+from rail_fem.damage import turning
 from rail_fem.damage.sites import laws_of, wheels_of
 from rail_fem.damage.study import run_study, study_mark
 from rail_fem.damage.turning import FLANGE, LINES, STEP, flange_height, hollow, lost_in_a_turn, lowered, worn_on_line
@@ -47,13 +47,13 @@ def test_a_turn_takes_what_its_patches_take_and_no_friction_takes_nothing(monkey
     it."""
     case = turned()
     line, law, wheel = case.damage.turning.line, dry_laws(case.damage.wheel_hardness)["archard"], case.scene.wheel.shape
-    seen, rolled = [], line_wear.roll
+    seen, rolled = [], turning.roll
 
     def record(*args):
         seen.append(rolled(*args))
         return seen[-1]
 
-    monkeypatch.setattr(line_wear, "roll", record)
+    monkeypatch.setattr(turning, "roll", record)
     lost = lost_in_a_turn(wheel, case.scene, law, line, Y)
     shares = np.exp(-(np.linspace(-3, 3, 33) ** 2) / 2)
     shares[[max(abs(p.angle) for p in points) > FLANGE for points in seen]] = 0.0
@@ -118,9 +118,9 @@ def test_a_study_is_another_one_by_each_key_and_what_does_not_fit_is_refused():
         turned(line={"flange_height": "32 mm"}),
     ]
     assert len({digest(study_mark(case, case.damage)) for case in marks}) == 4
-    for turning in ({}, {"worn": "P1", "line": {}}):
+    for table in ({}, {"worn": "P1", "line": {}}):
         with pytest.raises(CaseError, match="either worn, a profile, or a table turning.line"):
-            load_case(CASE, {"damage.turning": turning})
+            load_case(CASE, {"damage.turning": table})
     with pytest.raises(ValueError, match="due for turning as it is: hollow 0.5 mm"):
         wheels_of(turned("P8-hollow", "0.5 mm").scene, turned("P8-hollow", "0.5 mm").damage)
 
@@ -132,7 +132,7 @@ def test_half_the_step_and_twice_the_positions_change_little(monkeypatch, name, 
     case = turned(hollow="0.3 mm")
     asked = way_of(case)
     first = worn_on_line(*asked)
-    monkeypatch.setattr(line_wear, name, finer)
+    monkeypatch.setattr(turning, name, finer)
     second = worn_on_line.__wrapped__(*asked)
     assert second.distance[-1] == pytest.approx(first.distance[-1], rel=0.1)
     assert np.abs(second.lost[-1] - first.lost[-1]).max() < 0.1 * first.lost[-1].max()

@@ -12,18 +12,8 @@ from rail_fem import cli
 from rail_fem.case.casefile import load_case
 from rail_fem.result.events import force_peaks
 from rail_fem.result.result import Cost, PassResult, Peak
-from rail_fem.sweeps.compare import (
-    QUANTITIES,
-    CompareError,
-    Comparison,
-    advice,
-    common_path,
-    compare,
-    forces_on,
-    history_error,
-    table,
-)
-from rail_fem.sweeps.compare_strain import strain_table
+from rail_fem.sweeps.compare import QUANTITIES, CompareError, Comparison, common_path, compare, forces_on, history_error
+from rail_fem.sweeps.compare_report import advice, strain_table, table
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene

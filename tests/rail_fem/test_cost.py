@@ -14,7 +14,8 @@ from rail_fem.hierarchy import MODELS, solve
 from rail_fem.models import lumped
 from rail_fem.result.result import Cost
 from rail_fem.show.report import result_report
-from rail_fem.sweeps.compare import compare, core_seconds, table
+from rail_fem.sweeps.compare import compare, core_seconds
+from rail_fem.sweeps.compare_report import table
 
 WINDOW = {"start": "300 mm", "end": "400 mm"}
 

@@ -18,7 +18,8 @@ from rail_fem.run.job import run_case
 from rail_fem.scene.wheel_body import WheelBody
 from rail_fem.show.metal import metal_rows
 from rail_fem.show.report import headlines
-from rail_fem.sweeps.compare import SHARE, Comparison, advice
+from rail_fem.sweeps.compare import SHARE, Comparison
+from rail_fem.sweeps.compare_report import advice
 
 WINDOW = {"start": "250 mm", "end": "420 mm", "path_spacing": "5 mm"}
 

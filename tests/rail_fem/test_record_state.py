@@ -13,7 +13,7 @@ from rail_fem.case.examples import examples
 from rail_fem.cli import app
 from rail_fem.design import state
 from rail_fem.design.emulator import Emulator
-from rail_fem.design.inversion import Inversion, covered, invert, scaled
+from rail_fem.design.inversion import Inversion, covered, invert
 from rail_fem.design.observations import FORM
 from rail_fem.design.posterior import Known, interval
 from rail_fem.design.problem import DesignError
@@ -191,7 +191,7 @@ def found(case, tmp_path_factory):
 def test_a_state_lies_in_its_bars(found):
     problem, one, _ = found
     low, high = interval(one.samples)[:, :-1]
-    truth = scaled(problem, np.array([[110.0, 80.0, 600.0]]))[0]
+    truth = problem.scaled(np.array([[110.0, 80.0, 600.0]]))[0]
     assert ((low <= truth) & (truth <= high)).all() and (high - low < 0.6).any()
     state = StateReport(problem, one)
     assert not state.doubts and state.met[0].known < 2
@@ -338,7 +338,7 @@ def test_axle_box_and_casting_together_tell_which_bearer_hangs(on_bearers, tmp_p
     problem = state_problem(on_bearers, files, find, [], "0,1", 128, None)
     seen = invert(problem, tmp_path / "out", Workers(2), lambda _: None)
     low, high = interval(seen.samples)[:, :-1]
-    truth = scaled(problem, np.array([[ballast, nose, 0.1, 1.0]]))[0]
+    truth = problem.scaled(np.array([[ballast, nose, 0.1, 1.0]]))[0]
     assert ((low <= truth) & (truth <= high)).sum() >= 3
     told = StateReport(problem, seen).verdicts
     assert any("pack bearer 0" in one for one in told) and not any("pack bearer 1" in one for one in told)

@@ -11,7 +11,7 @@ import pytest
 from rail_fem.case.casefile import load_case
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.result.events import leg_flight
-from rail_fem.sweeps.leg_table import leg_words
+from rail_fem.sweeps.published_table import leg_words
 from rail_fem.sweeps.sweep_report import forces_of
 from rail_fem.sweeps.trends import Source, load_source
 

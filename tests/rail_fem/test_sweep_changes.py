@@ -14,7 +14,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.result import versions
 from rail_fem.result.events import leg_flight
 from rail_fem.result.result import PassResult, Peak, load
-from rail_fem.sweeps.leg_table import beside_table, leg_table
+from rail_fem.sweeps.published_table import beside_table, leg_table
 from rail_fem.sweeps.results import SweepResults
 from rail_fem.sweeps.sweep import read_cases
 from rail_fem.sweeps.sweep_page import state_lines
