@@ -18,8 +18,8 @@ class ContactFacts(NamedTuple):
     """Of k patches, each (k,). body : 0 wing or a section, 1 nose;  x, y, z of the patch [m], x of a section 0;
     angle [rad];  tgamma [N];  enlarged : factor on its axes;  power (friction work per metre), normal_force [N];
     max_pressure [Pa];  load, traction, index : on the shakedown map;  flash : largest temperature [K];  archard,
-    seized : area per pass by the map's middle, and what of it comes from cells beyond the map's last border of
-    pressure [m2]"""
+    seized, bordering : area per pass by the map's middle, and what of it comes from cells beyond the map's last border
+    of pressure, and near any border [m2]"""
 
     body: np.ndarray
     x: np.ndarray
@@ -37,6 +37,7 @@ class ContactFacts(NamedTuple):
     flash: np.ndarray
     archard: np.ndarray
     seized: np.ndarray
+    bordering: np.ndarray
 
     def of(self, body: int) -> ContactFacts:
         """Those of one body."""
@@ -66,7 +67,7 @@ def _of_cells(patches: Patches, speed: float, hardness: float, shear_yield: floa
     """From `power` on."""
     law, point = Archard(hardness), shakedown_point(patches, shear_yield)
     depth = law.cells(patches, speed) * to_cells(patches.grid.dy)
-    seized = np.where(law.seized(patches), depth, 0.0)
     flash = flash_temperature(patches, speed).max(axis=(-2, -1))
     row = patches.frictional_power, patches.normal_force, patches.max_pressure, point.load, point.traction, point.index
-    return *row, flash, depth.sum(axis=(-2, -1)), seized.sum(axis=(-2, -1))
+    area = lambda cells: np.where(cells, depth, 0.0).sum(axis=(-2, -1))
+    return *row, flash, area(True), area(law.seized(patches)), area(law.near_border(patches, speed))

@@ -6,8 +6,9 @@ from matplotlib.figure import Figure
 
 from bem.halfspace.figures import draw_patch, map_of_cells
 from geometry.profiles.profile import hermite_many
+from rail_fem.damage.evolution import Rate
 from rail_fem.damage.rolling import RollingPoint
-from rail_fem.damage.section import PassRecord, WearRate
+from rail_fem.damage.section import PassRecord
 from rail_fem.damage.sites import laws_of
 from rail_fem.damage.worn_profile import WornProfile
 from rail_fem.settings.damage import DamageSettings
@@ -18,7 +19,7 @@ MM, UM = 1e3, 1e6
 MOST = 3  # points drawn
 
 
-def shown_pass(rate: WearRate) -> PassRecord:
+def shown_pass(rate: Rate) -> PassRecord:
     """That whose load two points of the section share most evenly; without such a one that of the largest force."""
 
     def second(record: PassRecord) -> tuple[float, float]:
@@ -33,7 +34,7 @@ def points_of(record: PassRecord) -> list[RollingPoint]:
     return record.on_section[:MOST]
 
 
-def patches_figure(title: str, settings: DamageSettings, line: WornProfile, rate: WearRate) -> Figure:
+def patches_figure(title: str, settings: DamageSettings, line: WornProfile, rate: Rate) -> Figure:
     """The pass of a rate whose load is shared most evenly, on the line (n,) that it was found on."""
     record, law = shown_pass(rate), laws_of(settings)[settings.law]
     points = points_of(record)

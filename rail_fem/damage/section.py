@@ -18,7 +18,7 @@ from rail_fem.damage.contact_facts import ContactFacts, facts_of_points
 from rail_fem.damage.evolution import Rate, Site
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.rolling import Rolling, RollingPoint, equilibrium_on_yielding_rails, roll
-from rail_fem.damage.wear import Archard, WearLaw, friction_work
+from rail_fem.damage.wear import WearLaw, friction_work
 from rail_fem.damage.worn_profile import WornProfile
 
 
@@ -60,13 +60,6 @@ class PassRecord:
     def hardest(self) -> tuple[Patch | None]:
         """Patch of that force; None where none carries."""
         return (self.on_section[0].patch if self.on_section else None,)
-
-
-@dataclass(frozen=True, eq=False)
-class WearRate(Rate):
-    """kinds : each (share, PassRecord);  border_share : of Archard's wear near a border of its map."""
-
-    border_share: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,12 +124,12 @@ class Section(Site):
             found.append(PassRecord(p, points, at, facts_of_points(left, self.hardness, self.shear_yield)))
         return tuple(found)
 
-    def rate(self, worn: WornProfile) -> WearRate:
-        """Mean wear of one pass over the worn section."""
+    def rate(self, worn: WornProfile) -> Rate:
+        """Mean wear of one pass over the worn section; each of its kinds (share, PassRecord)."""
         depth = {name: np.zeros(len(worn.points)) for name in self.laws}
         area, beyond = dict.fromkeys(self.laws, 0.0), dict.fromkeys(self.laws, 0.0)
         work, crack = np.zeros(len(worn.points)), np.zeros(len(worn.points))
-        near, records = [0.0, 0.0], self.records(worn)
+        records = self.records(worn)
         for record in records:
             for point in record.points:
                 if point.side != "left":
@@ -149,15 +142,11 @@ class Section(Site):
                     depth[name] += own
                     area[name] += float(strips.sum() * patch.grid.dy)
                     beyond[name] += lost
-                    if isinstance(law, Archard) and name == "archard":
-                        share = law.border_share(patch, point.speed)
-                        near[0] += share * strips.sum() * patch.grid.dy
-                        near[1] += strips.sum() * patch.grid.dy
                 work += worn.deposit(centre, point.outwards, weight * friction_work(patch), patch.grid.dy)[0]
                 fallen = np.full(patch.grid.ny, weight * float(self.fatigue.damage(point.tgamma)))
                 crack += worn.deposit(centre, point.outwards, fallen, patch.grid.dy)[0]
         kinds = tuple((record.passing.weight, record) for record in records)
-        return WearRate(depth, area, beyond, work, crack, kinds, near[0] / near[1] if near[1] else 0.0)
+        return Rate(depth, area, beyond, work, crack, kinds)
 
 
 def _middle(state) -> float:

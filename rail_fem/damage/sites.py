@@ -84,11 +84,11 @@ def subsurface_of(patch: Patch, settings: DamageSettings) -> dict[str, float]:
     return {"dang_van": share, "depth": depth, "jiang_sehitoglu": float(found.jiang.max())}
 
 
-def friction_of(scene: Scene, settings: DamageSettings, speed: float) -> float | SlipDependentFriction:
-    """Friction at a rolling speed [m/s]."""
+def friction_of(scene: Scene, settings: DamageSettings) -> float | SlipDependentFriction:
+    """Friction at the scene's speed."""
     if settings.kinetic_friction is None:
         return scene.friction
-    return SlipDependentFriction.at_speed(scene.friction, settings.kinetic_friction, settings.decay_speed, speed)
+    return SlipDependentFriction.at_speed(scene.friction, settings.kinetic_friction, settings.decay_speed, scene.speed)
 
 
 def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, float], ...]:
@@ -156,9 +156,7 @@ def switch_section(scene: Scene, settings: DamageSettings) -> Section:
     positions, shares = sine_positions(site.lateral, site.amplitude, site.positions)
     for own, weight in wheels_of(scene, settings):
         elastic = own.materials.wheel.steel().elastic, own.materials.nose.steel().elastic
-        rolling = Rolling(
-            own.speed, friction_of(own, settings, own.speed), settings.initial_slope, settings.cells, *elastic
-        )
+        rolling = Rolling(own.speed, friction_of(own, settings), settings.initial_slope, settings.cells, *elastic)
         load = own.static_wheel_load
         passings += [
             Passing(own.wheel.shape, own.wheel.radius, (load, load), float(y), rolling, weight * float(share), site.yaw)
@@ -180,7 +178,7 @@ def switch_section(scene: Scene, settings: DamageSettings) -> Section:
 
 def patch_options(scene: Scene, settings: DamageSettings) -> PatchOptions:
     """How the patches of its passes over a crossing are solved."""
-    friction = friction_of(scene, settings, scene.speed)
+    friction = friction_of(scene, settings)
     conformal = settings.tangential == "conformal"
     return PatchOptions(friction, settings.initial_slope, settings.cells, settings.hardness, conformal)
 

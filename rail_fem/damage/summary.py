@@ -54,7 +54,8 @@ def _of_section(settings: DamageSettings, state: Evolution, before: Any, after: 
         for share, own in before.kinds
         for row in ({k: float(v[i]) for k, v in own.facts._asdict().items()} for i in range(len(own.facts.x)))
     ]
-    return {"area_correction": state.correction, "border_share": before.border_share, "contacts": contacts}
+    near = _share_by("bordering", [(share, own.facts) for share, own in before.kinds])
+    return {"area_correction": state.correction, "border_share": near, "contacts": contacts}
 
 
 def _of_crossing(settings: DamageSettings, state: Evolution, before: Any, after: Any) -> dict[str, Any]:
@@ -94,7 +95,7 @@ def _part(
         "largest_pressure": float(max(facts.max_pressure.max() for _, facts in first if len(facts.x))),
         "flash_temperature": float(hardest.flash[k]),
         "enlarged_share": float(enlarged.mean()),
-        "seizure_share": _seized(first),
+        "seizure_share": _share_by("seized", first),
         **cracks,
         **{name: shape.place(cracks[name]) for name in ("crack_index_at", "cracks_at")},
         "at_end": _end(after, b),
@@ -105,10 +106,10 @@ def _part(
     }
 
 
-def _seized(kinds: Sequence[tuple[float, ContactFacts]]) -> float:
-    """Of the wear by Archard's map, what comes from cells in seizure."""
-    archard, seized = (sum(share * getattr(f, name).sum() for share, f in kinds) for name in ("archard", "seized"))
-    return float(seized / archard) if archard > 0 else 0.0
+def _share_by(cells: str, kinds: Sequence[tuple[float, ContactFacts]]) -> float:
+    """Of the wear by Archard's map, what comes from cells in seizure ("seized"), or near a border ("bordering")."""
+    whole, part = (sum(share * getattr(f, name).sum() for share, f in kinds) for name in ("archard", cells))
+    return float(part / whole) if whole > 0 else 0.0
 
 
 def _end(after: Rate, b: int) -> dict[str, float]:
@@ -118,7 +119,7 @@ def _end(after: Rate, b: int) -> dict[str, float]:
         "largest_tgamma": largest("tgamma"),
         "largest_pressure": largest("max_pressure"),
         "largest_force": float(max((own.force[b] for _, own in after.kinds), default=0.0)),
-        "seizure_share": _seized(kinds),
+        "seizure_share": _share_by("seized", kinds),
     }
 
 

@@ -201,11 +201,9 @@ class Archard(WearLaw):
         """(..., nx, ny) cells beyond the map's last border of pressure, in seizure whatever their slip."""
         return patch.pressure > self.wear_map.pressure[-1] * self.hardness
 
-    def border_share(self, patch: Patch, speed: float) -> float:
-        """Part of the wear that comes from cells within 10 % of a border of the map, where k jumps."""
-        depth = self.cells(patch, speed)
-        near = self.wear_map.near_border(patch.pressure / self.hardness, slip_size(patch) * abs(speed))
-        return float(depth[near].sum() / depth.sum()) if depth.sum() > 0 else 0.0
+    def near_border(self, patch: Patches, speed: float) -> np.ndarray:
+        """(..., nx, ny) cells within NEAR_BORDER of a border of the map, where k jumps."""
+        return self.wear_map.near_border(patch.pressure / self.hardness, slip_size(patch) * abs(speed))
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from rail_fem.damage.rolling import LONGEST, tractions
 from rail_fem.damage.section import scattered, sine_positions
 from rail_fem.damage.side_by_side import studies_table
 from rail_fem.damage.sites import laws_of, stepping_of, switch_section, tonnage_of
-from rail_fem.damage.summary import _seized, shortest_block, summary, years_of
+from rail_fem.damage.summary import _share_by, shortest_block, summary, years_of
 from rail_fem.damage.wear import worn_area
 from rail_fem.damage.worn_profile import WornOutError, depth_between
 
@@ -49,7 +49,8 @@ def test_what_cells_in_seizure_wear_is_a_share_of_all_wheels_wear():
     """Three quarters of the wheels wear 4 of which 1 in seizure, the others 8 of which 4: (0.75 + 1) / (3 + 2)."""
     wheels = [(0.75, [3.0, 1.0], [0.0, 1.0]), (0.25, [4.0, 4.0], [4.0, 0.0])]
     of = lambda share, all_wear, seized: (share, SimpleNamespace(archard=np.array(all_wear), seized=np.array(seized)))
-    assert _seized([of(*one) for one in wheels]) == pytest.approx(0.35) and _seized([of(1.0, [0.0], [0.0])]) == 0.0
+    assert _share_by("seized", [of(*one) for one in wheels]) == pytest.approx(0.35)
+    assert _share_by("seized", [of(1.0, [0.0], [0.0])]) == 0.0
 
 
 def test_the_sine_goes_in_and_out_of_flange_contact(first_rate):

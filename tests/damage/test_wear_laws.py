@@ -151,8 +151,10 @@ def test_a_cell_within_one_region_has_its_coefficient():
 def test_wear_near_the_borders_of_the_map_is_told():
     """At 0.005 lateral creepage and 40 m/s the largest slip velocity is that of a border."""
     law = Archard(2.8e9)
-    assert law.border_share(table_6_2(), 40.0) > 0.05
-    assert law.border_share(table_6_2(), 1.0) == 0.0
+    patch = table_6_2()
+    depth, near = law.cells(patch, 40.0), law.near_border(patch, 40.0)
+    assert depth[near].sum() > 0.05 * depth.sum()
+    assert not law.cells(patch, 1.0)[law.near_border(patch, 1.0)].any()
 
 
 @pytest.mark.parametrize(
