@@ -66,10 +66,10 @@ def design(
     """
     from rail_fem.case.casefile import CaseError
     from rail_fem.case.variations import VariationError, read_settings
+    from rail_fem.design.correction import search_and_prove
     from rail_fem.design.problem import DesignError, read_design
     from rail_fem.design.proof import check_proof
     from rail_fem.design.proof_report import write_proof
-    from rail_fem.design.rounds import search_and_prove
     from rail_fem.design.search import search, trials_of
     from rail_fem.design.search_report import write_report
     from rail_fem.processes.pool import Lost, PoolError, Workers

@@ -86,8 +86,7 @@ def _sorted(files: list[Path]) -> tuple[Path, list[Path]]:
 
 def _beside(folder: Path, record: Path, cutoffs: list[str] | None, reach: str | None, draw: Path | None) -> None:
     from rail_fem.measurement.record import of_result, read_record
-    from rail_fem.measurement.report import record_figure, score_table
-    from rail_fem.measurement.score import align, score
+    from rail_fem.measurement.score import align, record_figure, score, score_table
     from rail_fem.result.low_pass import CUTOFFS
     from rail_fem.result.result import load
     from rail_fem.scene.units import parse

@@ -7,13 +7,12 @@ import pytest
 from typer.testing import CliRunner
 
 from rail_fem.cli import app
-from rail_fem.design import rounds as rounds_module
+from rail_fem.design import correction as correction_module
 from rail_fem.design import search as search_module
-from rail_fem.design.correction import learned, proven_numbers
+from rail_fem.design.correction import learned, proven_numbers, search_and_prove
 from rail_fem.design.problem import DesignError, read_design
 from rail_fem.design.proof import ProofRun, ProvenShape, shapes
 from rail_fem.design.proof_report import proof_report
-from rail_fem.design.rounds import search_and_prove
 from rail_fem.design.search import Trial, search, trials_of
 from rail_fem.result.result import Peak
 from tests.rail_fem.test_design import CHECK, HERE, design
@@ -84,7 +83,7 @@ def rounds(tmp_path, monkeypatch):
         chosen = shapes(problem, found, count)
         return proofs(problem, *((one, true(at(one.values))) for one in chosen))
 
-    monkeypatch.setattr(rounds_module, "prove_design", prove)
+    monkeypatch.setattr(correction_module, "prove_design", prove)
     return problem, lambda n: list(search_and_prove(problem, tmp_path / "out", 1, n, HERE, say=lambda text: None))
 
 

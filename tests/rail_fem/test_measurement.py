@@ -8,8 +8,7 @@ from typer.testing import CliRunner
 
 from rail_fem.cli import app
 from rail_fem.measurement.record import Record, RecordError, of_result, read_record
-from rail_fem.measurement.report import score_table
-from rail_fem.measurement.score import align, score
+from rail_fem.measurement.score import align, score, score_table
 from rail_fem.result.low_pass import CUTOFFS, filtered_peak, low_pass, low_passed
 from rail_fem.result.result import PassResult
 from rail_fem.show.report import result_report
