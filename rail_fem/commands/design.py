@@ -96,15 +96,15 @@ def design(
                 return
             if not prove:
                 found = search(problem, out, by, say, None, earlier)
-                say("\n" + write_report(problem, found, out))
+                say("\n" + write_report(problem, found, out).rstrip())
                 return
             runs = []
             for proof in search_and_prove(
                 problem, out, prove, rounds, by, changes, finer or (), ranks, say, tell, earlier
             ):
                 runs = proof.runs
-                say("\n" + write_report(problem, proof.found, out))
-                say("\n" + write_proof(problem, runs, out))
+                say("\n" + write_report(problem, proof.found, out).rstrip())
+                say("\n" + write_proof(problem, runs, out).rstrip())
     except Lost as error:
         stop(f"a task of the search is lost: {error}: start again, it goes on where it was", RUN_FAILED)
     except (PoolError, DesignError, CaseError, VariationError, RunFolderError, OSError) as error:
@@ -129,6 +129,6 @@ def _invert(
         shape = ProvenShape(f"likely_{number}", f"most likely, round {number + 1}", found.likely)
         runs += prove_design(problem, [shape], out, settings=settings, ranks=ranks, say=tell, workers=workers)
         found = judged(problem, found.trials, found.late, found.start, runs)
-    say("\n" + write_inversion(problem, found, out))
+    say("\n" + write_inversion(problem, found, out).rstrip())
     if scenes:
-        say(coverage_words(problem, covered(problem, out, scenes, workers)))
+        say(coverage_words(problem, covered(problem, out, scenes, workers)).rstrip())

@@ -67,7 +67,8 @@ def measured(
             problem = state_problem(against, records, find or [], each or [], bearers, trials, reach)
             try:
                 with held(out):
-                    say("\n" + write_inversion(problem, invert(problem, out, Workers(workers), say), out))
+                    found = invert(problem, out, Workers(workers), say)
+                    say("\n" + write_inversion(problem, found, out).rstrip())
             except Lost as error:
                 stop(f"a trial is lost: {error}: start again, it goes on where it was", RUN_FAILED)
         return

@@ -11,7 +11,7 @@ from rail_fem.design.posterior import form_of
 from rail_fem.design.problem import Problem
 from rail_fem.design.record_facts import RecordFact
 from rail_fem.design.record_report import StateReport
-from rail_fem.files.markdown import markdown_table
+from rail_fem.files.markdown import markdown_table, page_of
 from rail_fem.show.style import GREY, NOSE, TOTAL, WING, new_figure
 from rail_fem.show.table_and_figure import write_figure, write_table_and_figure
 
@@ -40,24 +40,23 @@ def inversion_report(problem: Problem, found: Inversion, state: StateReport) -> 
         for v, m, a, b, w, best in zip(design.vary, mean, low, high, width, found.likely.values)
     ]
     form = 100 * form_of(np.r_[found.samples[:, -1].mean(), found.interval[:, -1]])
-    return "\n".join(
+    failed = sum(bool(trial.fault) for trial in found.trials)
+    return page_of(
         [
             f"# The scene behind {design.source}, by {design.model}",
-            "",
-            f"{len(found.trials)} trials, {sum(bool(trial.fault) for trial in found.trials)} of them could not be run"
-            f" (seed {design.seed}).",
-            f"Relative error of the model's form: {form[0]:.1f} % ({form[1]:.1f} to {form[2]:.1f} %).",
-            "",
+            [
+                f"{len(found.trials)} trials, {failed} of them could not be run (seed {design.seed}).",
+                f"Relative error of the model's form: {form[0]:.1f} % ({form[1]:.1f} to {form[2]:.1f} %).",
+            ],
             *(state.words() if problem.records else []),
-            *markdown_table(["unknown", "bounds", "mean", "95 %", "width over the bounds", "most likely trial"], rows),
-            "",
-            *_fact_table(problem, found),
+            markdown_table(["unknown", "bounds", "mean", "95 %", "width over the bounds", "most likely trial"], rows),
+            _fact_table(problem, found),
             *_without(problem, found),
         ]
     )
 
 
-def _without(problem: Problem, found: Inversion) -> list[str]:
+def _without(problem: Problem, found: Inversion) -> list[str | list[str]]:
     """Which group of facts decides what; none of one alone."""
     if not len(found.without):
         return []
@@ -65,24 +64,22 @@ def _without(problem: Problem, found: Inversion) -> list[str]:
     return [
         "Without one group of facts each, the standard deviation of each unknown over that with all, in brackets by how"
         f" many of these its mean moves; blank below {DECIDES:g}:",
-        "",
-        *markdown_table(head, _influence(found)),
+        markdown_table(head, _influence(found)),
     ]
 
 
 def coverage_words(problem: Problem, found: np.ndarray) -> str:
     """Of `covered`: how many unknowns of known scenes lie in their 95 % intervals, and how wide these are."""
     inside, width = found.transpose(2, 0, 1)
-    lines = [
+    told = (
         f"Scenes of known truth: {len(found)}; {100 * inside.mean():.1f} % of {inside.size} unknowns lie in their 95 %"
-        f" intervals, which are {100 * width.mean():.0f} % of the bounds wide.",
-        "",
-    ]
+        f" intervals, which are {100 * width.mean():.0f} % of the bounds wide."
+    )
     rows = [
         [v.name, f"{100 * own.mean():.0f} %", f"{100 * w.mean():.0f} %"]
         for v, own, w in zip(problem.design.vary, inside.T, width.T)
     ]
-    return "\n".join([*lines, *markdown_table(["unknown", "inside", "mean width over the bounds"], rows)])
+    return page_of([told, markdown_table(["unknown", "inside", "mean width over the bounds"], rows)])
 
 
 def _share(width: float) -> str:
@@ -92,7 +89,7 @@ def _share(width: float) -> str:
 def _fact_table(problem: Problem, found: Inversion) -> list[str]:
     head = ["fact", "pass", "printed", "start", "most likely", "of it correction", "scatter of it"]
     rows = _facts(problem, found)
-    return [*markdown_table(head, rows), ""] if rows else []
+    return markdown_table(head, rows) if rows else []
 
 
 def _facts(problem: Problem, found: Inversion) -> list[list[str]]:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from rail_fem.design.correction import proven_scores
 from rail_fem.design.problem import Problem
 from rail_fem.design.proof import MODEL, PROVEN, SEARCHED, ProofRun, ProvenShape, without_finer
-from rail_fem.files.markdown import markdown_table
+from rail_fem.files.markdown import markdown_table, page_of
 from rail_fem.result.trust import verdict_words
 from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
@@ -42,19 +42,22 @@ def verdict(start: tuple[float, float], best: tuple[float, float]) -> str:
 
 def proof_report(problem: Problem, runs: Sequence[ProofRun]) -> str:
     """Markdown: a table for each size and shape, a line for each quantity, trust, failures, cost."""
-    lines = [f"# Proof of a search on {problem.case.name} by {MODEL}", ""]
+    blocks: list[str | list[str]] = [f"# Proof of a search on {problem.case.name} by {MODEL}"]
     for size, shape in _pairs(runs):
-        own = [run for run in runs if run.size == size and run.shape == shape]
-        lines += [f"Elements of {1e3 * size:g} mm, {shape.words}:", ""]
-        rows = [row for run in own for row in _rows(problem, _start_of(runs, run), run)]
-        lines += markdown_table(["pass", "quantity", "start", shape.words, "change", MODEL, problem.design.model], rows)
-        lines += ["", *_summary([(_start_of(runs, run), run) for run in own]), ""]
-    lines += _told_scores(problem, runs)
-    lines += _told("How far the runs may be trusted:", [(run, _trust(run)) for run in runs])
-    lines += _told("Could not be run:", [(run, run.fault) for run in runs])
+        own = [(_start_of(runs, run), run) for run in runs if run.size == size and run.shape == shape]
+        head = ["pass", "quantity", "start", shape.words, "change", MODEL, problem.design.model]
+        rows = [row for start, run in own for row in _rows(problem, start, run)]
+        blocks += [f"Elements of {1e3 * size:g} mm, {shape.words}:", markdown_table(head, rows), _summary(own)]
     seconds = sum(core_seconds(run.result) for run in runs if run.result is not None)
-    lines.append(f"{len(runs)} runs, {seconds / 60:.1f} core minutes. Without +- no bar is claimed.")
-    return "\n".join(lines)
+    return page_of(
+        [
+            *blocks,
+            _told_scores(problem, runs),
+            *_told("How far the runs may be trusted:", [(run, _trust(run)) for run in runs]),
+            *_told("Could not be run:", [(run, run.fault) for run in runs]),
+            f"{len(runs)} runs, {seconds / 60:.1f} core minutes. Without +- no bar is claimed.",
+        ]
+    )
 
 
 def _told_scores(problem: Problem, runs: Sequence[ProofRun]) -> list[str]:
@@ -66,7 +69,7 @@ def _told_scores(problem: Problem, runs: Sequence[ProofRun]) -> list[str]:
             for k in np.flatnonzero(~np.isnan(above))
         ]
         rows.append([shape.words, f"{score:.4f}", ", ".join(worse) or "nothing"])
-    return [*markdown_table(["shape", f"score by {MODEL}", "higher than at the start"], rows), ""] if rows else []
+    return markdown_table(["shape", f"score by {MODEL}", "higher than at the start"], rows) if rows else []
 
 
 def _pairs(runs: Sequence[ProofRun]) -> list[tuple[float, ProvenShape]]:
@@ -126,9 +129,9 @@ def _trust(run: ProofRun) -> str:
     return "" if run.result is None else verdict_words(run.result.trust)
 
 
-def _told(head: str, found: Sequence[tuple[ProofRun, str]]) -> list[str]:
+def _told(head: str, found: Sequence[tuple[ProofRun, str]]) -> list[str | list[str]]:
     rows = [f"- {run.shape.words}, {run.one.name}, {1e3 * run.size:g} mm: {words}" for run, words in found if words]
-    return [head, "", *rows, ""] if rows else []
+    return [head, rows] if rows else []
 
 
 def proof_figure(problem: Problem, runs: Sequence[ProofRun]) -> Figure:

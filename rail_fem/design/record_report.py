@@ -129,8 +129,8 @@ class StateReport:
                 told.append(_grinding(metal, factor * (own - start), *sides))
         return told
 
-    def words(self) -> list[str]:
-        """Lines of Markdown: verdict, what is not told apart, how each record is met."""
+    def words(self) -> list[str | list[str]]:
+        """Blocks of Markdown: verdict, what is not told apart, how each record is met."""
         names = [v.title for v in self.problem.design.vary]
         like = np.atleast_2d(np.corrcoef(self.found.samples[:, : len(names)].T))
         pairs = [
@@ -146,13 +146,7 @@ class StateReport:
         ]
         sizes = [f"chi-square, form {100 * f:.0f} %" for f in FORM]
         head = ["record", "sensor", "wheel", "band", "noise", "moved", "emulator's error", *sizes]
-        return [
-            *(f"- {line}" for line in self.verdicts),
-            *(["", apart] if apart else []),
-            "",
-            *markdown_table(head, rows),
-            "",
-        ]
+        return [[f"- {line}" for line in self.verdicts], apart, markdown_table(head, rows)]
 
     def figure(self) -> Figure:
         """Each unknown's posterior beside its prior; each record and the most likely scene beside it."""

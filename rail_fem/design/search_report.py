@@ -15,7 +15,7 @@ from rail_fem.contact.rigid import rigid_path
 from rail_fem.design.problem import Pass, Problem
 from rail_fem.design.search import Found, Trial
 from rail_fem.design.shape import ShapeDifference, shape_difference, told
-from rail_fem.files.markdown import markdown_table
+from rail_fem.files.markdown import markdown_table, page_of
 from rail_fem.show.panels import Panel, panels_figure
 from rail_fem.show.table_and_figure import write_figure, write_table_and_figure
 from rail_fem.sweeps.trends import MEASURES
@@ -53,37 +53,37 @@ def report(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -
     """
     design, best = problem.design, found.best
     none_better = "" if best.score < found.start.score else ": no trial is better than the start"
-    lines = [
+    variables = [
+        [variable.words, f"{value:.4g} {variable.unit}".strip(), f"{variable.low} to {variable.high}"]
+        for variable, value in zip(design.vary, best.values)
+    ]
+    blocks: list[str | list[str]] = [
         f"# Search of {problem.case.name} by {design.model}",
-        "",
         f"{len(found.trials)} trials (seed {design.seed}), score"
         f" {found.start.score:.4f} at the start, {best.score:.4f} at best (by {found.best_by}){none_better}.",
-        "",
-        *markdown_table(
-            ["variable", "best", "bounds"],
-            [
-                [variable.words, f"{value:.4g} {variable.unit}".strip(), f"{variable.low} to {variable.high}"]
-                for variable, value in zip(design.vary, best.values)
-            ],
-        ),
-        "",
+        markdown_table(["variable", "best", "bounds"], variables),
+        _side_by_side(problem, problem.columns, found.start.numbers, best.numbers),
     ]
-    lines += _side_by_side(problem, problem.columns, found.start.numbers, best.numbers)
     if best.corrected is not None:
-        lines += ["", "As the proofs so far correct it, by which the search went:", ""]
-        lines += _side_by_side(problem, problem.columns, found.start.expected, best.expected)
+        blocks.append("As the proofs so far correct it, by which the search went:")
+        blocks.append(_side_by_side(problem, problem.columns, found.start.expected, best.expected))
     if len(checked):
-        lines += ["", "Passes that were not searched on:", ""]
-        lines += _side_by_side(problem, problem.columns_of(design.checks), *checked)
-    lines += ["", *robustness(problem, found, checked)]
-    lines += ["Running surfaces, best less start:", ""]
-    shapes = shape_differences(problem, found)
-    lines += markdown_table(["body", "most added [mm]", "most taken away [mm]"], [told(one) for one in shapes])
-    lines += ["", "The best by an explicit model:", "", f"```\n{command(problem, found)}\n```", ""]
+        blocks.append("Passes that were not searched on:")
+        blocks.append(_side_by_side(problem, problem.columns_of(design.checks), *checked))
+    shapes = [told(one) for one in shape_differences(problem, found)]
     failed = [trial for trial in found.trials if trial.fault]
     last = f", the last: {failed[-1].fault}" if failed else ""
-    lines.append(f"{len(failed)} of {len(found.trials)} trials could not be run{last}.")
-    return "\n".join(lines)
+    return page_of(
+        [
+            *blocks,
+            robustness(problem, found, checked),
+            "Running surfaces, best less start:",
+            markdown_table(["body", "most added [mm]", "most taken away [mm]"], shapes),
+            "The best by an explicit model:",
+            f"```\n{command(problem, found)}\n```",
+            f"{len(failed)} of {len(found.trials)} trials could not be run{last}.",
+        ]
+    )
 
 
 def _side_by_side(problem: Problem, columns: list[tuple[str, str]], start: np.ndarray, best: np.ndarray) -> list[str]:
@@ -137,7 +137,7 @@ def robustness(problem: Problem, found: Found, checked: Sequence[np.ndarray] = (
             ends = dict.fromkeys(f"{end:+.1f}" for end in (known.min(), known.max()))  # one pass, or all alike: one
             change = f"change {'from ' if len(ends) > 1 else ''}{' to '.join(ends)} %"
             lines.append(f"{objective.quantity}: lower in {int((best < start).sum())} of {len(own)} passes, {change}.")
-    return [*lines, ""] if lines else []
+    return lines
 
 
 def design_figure(problem: Problem, found: Found) -> Figure:
