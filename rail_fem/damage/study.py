@@ -6,7 +6,7 @@ damage.npz (results, SI), profile_before.txt and profile_after.txt of a section 
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -15,16 +15,17 @@ import numpy as np
 from geometry.profiles.formats.by_suffix import write_profile
 from rail_fem.case.casefile import Case
 from rail_fem.damage.drivers import sensitivities, wheel_ratios
-from rail_fem.damage.evolution import Evolution, begin, evolve
+from rail_fem.damage.evolution import Evolution, Site, begin, evolve
 from rail_fem.damage.figures import study_figures
 from rail_fem.damage.fleet_life import fleet_life
 from rail_fem.damage.flow import MODEL, SAME, ExplicitStops, flow_digest, read_flow
 from rail_fem.damage.report import study_report
 from rail_fem.damage.sites import crossing_site, stepping_of, switch_section, tonnage_of, wheels_of
-from rail_fem.damage.study_state import read_state, state_arrays, write_state
 from rail_fem.damage.summary import summary
 from rail_fem.damage.worn_profile import WornOutError
+from rail_fem.damage.worn_surface import WornSurface
 from rail_fem.files.atomic import write_atomically, write_text_atomically
+from rail_fem.files.sealed import read_sealed, write_sealed
 from rail_fem.files.strict_json import dumps
 from rail_fem.processes.pool import Pool, Workers
 from rail_fem.processes.progress import Progress
@@ -40,6 +41,7 @@ VERSION = 9  # 9: grooves go on along their line; steel is indented by what is s
 DEFINITION = (
     "Archard's k is its mean over a cell that a border of the map crosses"  # what a state of before does not hold
 )
+PLAIN = [f.name for f in fields(Evolution) if f.name not in ("worn", "first", "by_law")]  # numbers of a state
 
 
 class StudyError(ValueError):
@@ -112,6 +114,37 @@ def run_study(
             ended = _study(case, settings, folder, goes_on, digest(mark), progress, say, workers)
     say((folder / REPORT).read_text(encoding="utf-8"))
     return ended
+
+
+def state_arrays(state: Evolution) -> dict[str, np.ndarray]:
+    """Everything that a state holds, by name, for restarts and for who reads results."""
+    arrays = _shape_arrays(state) | {f"by_law_{name}": depth for name, depth in state.by_law.items()}
+    return arrays | {name: np.asarray(getattr(state, name)) for name in PLAIN}
+
+
+def _shape_arrays(state: Evolution) -> dict[str, np.ndarray]:
+    if isinstance(state.worn, WornSurface):
+        surface = state.worn
+        own = {"x": surface.x, "y": surface.y, "worn_depth": surface.depth, "first_depth": state.first.depth}
+        return own if surface.flow is None else own | {"worn_flow": surface.flow, "worn_strain": surface.strain}
+    return {"points": state.worn.points, "first_points": state.first.points, "corners": state.worn.corners}
+
+
+def write_state(path: Path, state: Evolution, identity: str) -> None:
+    """In a sealed file, whole or not at all. Errors: OSError."""
+    write_sealed(path, state_arrays(state), {"case": identity})
+
+
+def read_state(path: Path, identity: str, site: Site) -> Evolution:
+    """The state of a study with this identity; the site goes on from its starts. Errors: SealError."""
+    stored, _ = read_sealed(path, {"case": identity}, "begin again with --overwrite")
+    site.start_from(stored["starts"])
+    first = site.first()
+    names = {"points": "points"} | {f"worn_{name}": name for name in ("depth", "flow", "strain")}
+    worn = replace(first, **{name: stored[key] for key, name in names.items() if key in stored})
+    by_law = {name: stored[f"by_law_{name}"] for name in site.laws}
+    plain = {name: value if (value := stored[name]).ndim else float(value) for name in PLAIN}
+    return Evolution(worn=worn, first=first, by_law=by_law, **plain)
 
 
 def _wear(settings, site, explicit, folder, goes_on, identity, progress, say) -> tuple[Evolution, Any, str]:

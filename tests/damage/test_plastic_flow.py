@@ -18,7 +18,7 @@ from rail_fem.damage.flowed_surface import HEAPED, flow_in_passes, passes_to_flo
 from rail_fem.damage.groove import DEEPEST, FlowLaw, carried_beyond, groove_strips, grooves, held_beyond
 from rail_fem.damage.rolling import no_more_slender
 from rail_fem.damage.sites import crossing_site, stepping_of
-from rail_fem.damage.study_state import read_state, write_state
+from rail_fem.damage.study import read_state, write_state
 from rail_fem.damage.worn_profile import WornOutError
 from rail_fem.scene.steel import GRADES
 
