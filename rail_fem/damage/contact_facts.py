@@ -12,6 +12,7 @@ from rail_fem.damage.fatigue import shakedown_point
 from rail_fem.damage.heat import flash_temperature
 from rail_fem.damage.rolling import RollingPoint
 from rail_fem.damage.wear import Archard, Patches, to_cells
+from rail_fem.settings.damage import DamageSettings
 
 
 class ContactFacts(NamedTuple):
@@ -45,27 +46,24 @@ class ContactFacts(NamedTuple):
         return ContactFacts(*(values[own] for values in self))
 
 
-def facts_of(contacts: PassContacts, hardness: float, shear_yield: float) -> ContactFacts:
-    """Of solved patches. hardness of the rail and shear yield stress of its surface [Pa]"""
+def facts_of(contacts: PassContacts, settings: DamageSettings) -> ContactFacts:
+    """Of solved patches, by the rail's hardness and the shear yield stress of its surface."""
     if not len(contacts):
-        return facts_of_points((), hardness, shear_yield)
-    cells = _of_cells(contacts.patches, contacts.speed, hardness, shear_yield)
+        return facts_of_points((), settings)
+    cells = _of_cells(contacts.patches, contacts.speed, settings)
     x, y, z = contacts.position.T
     return ContactFacts(contacts.body, x, y, z, contacts.angle, contacts.tgamma, contacts.enlarged, *cells)
 
 
-def facts_of_points(points: Sequence[RollingPoint], hardness: float, shear_yield: float) -> ContactFacts:
+def facts_of_points(points: Sequence[RollingPoint], settings: DamageSettings) -> ContactFacts:
     """Of points on a section; as of facts_of."""
-    rows = [
-        (0.0, 0.0, *p.position, p.angle, p.tgamma, 1.0, *_of_cells(p.patch, p.speed, hardness, shear_yield))
-        for p in points
-    ]
+    rows = [(0.0, 0.0, *p.position, p.angle, p.tgamma, 1.0, *_of_cells(p.patch, p.speed, settings)) for p in points]
     return ContactFacts(*np.array(rows, float).reshape(-1, len(ContactFacts._fields)).T)
 
 
-def _of_cells(patches: Patches, speed: float, hardness: float, shear_yield: float) -> tuple[Any, ...]:
+def _of_cells(patches: Patches, speed: float, settings: DamageSettings) -> tuple[Any, ...]:
     """From `power` on."""
-    law, point = Archard(hardness), shakedown_point(patches, shear_yield)
+    law, point = Archard(settings.hardness), shakedown_point(patches, settings.shear_yield)
     depth = law.cells(patches, speed) * to_cells(patches.grid.dy)
     flash = flash_temperature(patches, speed).max(axis=(-2, -1))
     row = patches.frictional_power, patches.normal_force, patches.max_pressure, point.load, point.traction, point.index

@@ -24,6 +24,7 @@ from rail_fem.damage.strips import patch_centres, plane_creepages, strip_creepag
 from rail_fem.damage.wear import WearLaw, friction_work_of_cells
 from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
+from rail_fem.settings.damage import DamageSettings
 
 SPACING = 2e-3  # between the patches [m]
 LATERAL = 0.5e-3  # between the rows of the field d(x, y) [m]
@@ -84,6 +85,20 @@ class PatchOptions:
     cells: int = 50
     hardness: float = np.inf
     conformal: bool = False
+
+
+def friction_of(scene: Scene, settings: DamageSettings) -> float | SlipDependentFriction:
+    """Friction at the scene's speed."""
+    if settings.kinetic_friction is None:
+        return scene.friction
+    return SlipDependentFriction.at_speed(scene.friction, settings.kinetic_friction, settings.decay_speed, scene.speed)
+
+
+def patch_options(scene: Scene, settings: DamageSettings) -> PatchOptions:
+    """How the patches of its passes over a crossing are solved."""
+    friction = friction_of(scene, settings)
+    conformal = settings.tangential == "conformal"
+    return PatchOptions(friction, settings.initial_slope, settings.cells, settings.hardness, conformal)
 
 
 def pass_contacts(

@@ -20,16 +20,16 @@ from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
 from rail_fem.contact.contact_law import ContactLaw
 from rail_fem.contact.contact_table import ContactTable, fresh_table, patch_sizes, table_key
 from rail_fem.damage.contact_facts import ContactFacts, facts_of
-from rail_fem.damage.crossing import PassContacts, PatchOptions, footprints, table_contacts, wear_field
+from rail_fem.damage.crossing import PassContacts, footprints, patch_options, table_contacts, wear_field
 from rail_fem.damage.deposit import Footprints, deposit
 from rail_fem.damage.evolution import Rate, Site
-from rail_fem.damage.fatigue import WholeLifeRail
+from rail_fem.damage.fatigue import fatigue_of
 from rail_fem.damage.flowed_surface import passes_to_flow
 from rail_fem.damage.groove import FlowLaw, Grooves, carried_beyond, groove_strips, grooves, mean_under
 from rail_fem.damage.impacts import LargestImpact, largest_impact
 from rail_fem.damage.reach import reach_of
-from rail_fem.damage.wear import WearLaw
-from rail_fem.damage.wheel_wear import circumference, wheel_wear
+from rail_fem.damage.wear import WearLaw, laws_of
+from rail_fem.damage.wheel_wear import circumference, wheel_lines, wheel_wear
 from rail_fem.damage.worn_surface import WornSurface
 from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.vertical_pass import LightPass, run_pass
@@ -37,7 +37,7 @@ from rail_fem.processes.pool import Pool, Workers
 from rail_fem.result.events import transfer_position
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.scene.units import show
-from rail_fem.settings.damage import Deposit
+from rail_fem.settings.damage import DamageSettings
 from rail_fem.settings.light import RigidHertzSettings
 
 LEAST_FLOW = 1e-6  # that steel has flowed, or it is virgin [m]
@@ -47,12 +47,11 @@ WITHIN = 3e-3  # below the body that carries, where the other is looked at: no w
 @dataclass(frozen=True, eq=False)
 class CrossingPass:
     """One kind of pass. shift : lateral position towards the field side [m];  weight : its share of all passes;
-    options : of its patches;  by_load : the label says the axle load"""
+    by_load : the label says the axle load"""
 
     scene: Scene
     shift: float
     weight: float
-    options: PatchOptions
     by_load: bool = False
 
     @property
@@ -111,29 +110,19 @@ class CrossingRate(Rate):
 
 @dataclass(frozen=True, eq=False)
 class CrossingSite(Site):
-    """base : the unworn crossing;  run : numerics of the pass;  spacing : between patches [m];  factor : of calibration
-    on all laws;  hardness, shear_yield [Pa];  pool : processes that share the passes; None: this one
+    """base : the unworn crossing;  settings : of the study, by which it wears;  run : numerics of the pass;  pool :
+    processes that share the passes; None: this one
     flow_law : of the flow that goes on with the passes; None: none does
-    deposit : where along the rail a patch wears it, as of damage.deposit in a case file
-    wheel_laws : of the wheels' wear, as many as laws;  wheel_lines (n,) : coordinates of their profiles [m]
-    fatigue : damage of a contact by its T gamma
     flow : (2, m, n) depths by which plastic flow lowered the surfaces before they wear [m]; None: it did not"""
 
     base: UnwornCrossing
     passes: tuple[CrossingPass, ...]
     laws: Mapping[str, WearLaw]
+    settings: DamageSettings
     run: RigidHertzSettings
     grid: tuple[np.ndarray, np.ndarray]
-    spacing: float
-    factor: float
-    hardness: float
-    shear_yield: float
     pool: Pool | None = field(repr=False)
     flow_law: FlowLaw | None
-    deposit: Deposit
-    wheel_laws: Mapping[str, WearLaw]
-    wheel_lines: np.ndarray = field(repr=False)
-    fatigue: WholeLifeRail
     flow: np.ndarray | None = field(default=None, repr=False)
 
     def first(self) -> WornSurface:
@@ -212,18 +201,19 @@ def _mean(shares: list[float], found: list[PassWear], pick, shape: tuple[int, ..
 def pass_wear(job: tuple[CrossingSite, CrossingPass, AnyCrossing, WornSurface]) -> PassWear:
     """One pass over a crossing as it is now, its steel as a shape says: forces, patches, wear, grooves."""
     site, one, crossing, shape = job
-    yields = None
+    settings, spacing, yields = site.settings, site.settings.patch_spacing, None
     if site.flow_law is not None:
         yields = partial(left_to_flow, site.flow_law, site.grid, one.scene, shape)
-    table, light = dynamics(one, crossing, site.run, site.spacing, yields)
+    table, light = dynamics(one, crossing, site.run, spacing, yields)
     order = np.argsort(light.x)
     at_table = np.stack([np.interp(table.x, light.x[order], own[order]) for own in light.force])
-    contacts = table_contacts(one.scene, table, at_table, one.options)
-    reach = reach_of(contacts, one.scene, crossing, table.datum, site.grid[0]) if site.deposit == "reach" else None
-    lengthwise = site.deposit == "length"
-    worn = wear_field(contacts, site.laws, site.factor, site.spacing, site.grid, lengthwise, reach)
+    contacts = table_contacts(one.scene, table, at_table, patch_options(one.scene, settings))
+    reach = reach_of(contacts, one.scene, crossing, table.datum, site.grid[0]) if settings.deposit == "reach" else None
+    lengthwise = settings.deposit == "length"
+    worn = wear_field(contacts, site.laws, settings.factor, spacing, site.grid, lengthwise, reach)
     pressed, crack = groove_field(site, one.scene, contacts, shape), crack_field(site, contacts)
-    wheel = wheel_wear(contacts, one.scene, table.datum, site.wheel_laws, site.factor, site.spacing, site.wheel_lines)
+    wheel_laws, lines_of_wheel = laws_of(settings, wheels=True), wheel_lines(settings.plan_spacing)
+    wheel = wheel_wear(contacts, one.scene, table.datum, wheel_laws, settings.factor, spacing, lines_of_wheel)
     touched = np.flatnonzero(
         sum(own.sum(axis=(0, 1)) for own in (worn.work, *worn.depth.values()))
         + pressed.sum(axis=(0, 1, 2))
@@ -240,14 +230,14 @@ def pass_wear(job: tuple[CrossingSite, CrossingPass, AnyCrossing, WornSurface]) 
         {law: worn.volume(law) for law in worn.depth},
         kept(worn.work),
         kept(crack),
-        facts_of(contacts, site.hardness, site.shear_yield),
+        facts_of(contacts, settings),
         light.force.max(axis=1),
         largest_impact(light, table, one.scene.static_wheel_load),
         float(transfer),
         (_hardest(contacts, 0), _hardest(contacts, 1)),
         kept(pressed),
         wheel,
-        circumference(one.scene, site.wheel_lines),
+        circumference(one.scene, lines_of_wheel),
     )
 
 
@@ -257,8 +247,8 @@ def crack_field(site: CrossingSite, contacts: PassContacts) -> np.ndarray:
     x, y = site.grid
     feet = footprints(contacts)
     wide = feet._replace(along=0 * feet.along, across=feet.across * contacts.patches.grid.ny)
-    one, share = np.ones((len(contacts), 1, 1)), wide.across * (site.spacing / (x[1] - x[0]))
-    fallen = deposit(wide, one * site.fatigue.damage(contacts.tgamma)[:, None, None], share, x, y)
+    one, share = np.ones((len(contacts), 1, 1)), wide.across * (site.settings.patch_spacing / (x[1] - x[0]))
+    fallen = deposit(wide, one * fatigue_of(site.settings).damage(contacts.tgamma)[:, None, None], share, x, y)
     return fallen / np.maximum(deposit(wide, one, share, x, y), 1.0)
 
 
@@ -268,7 +258,7 @@ def groove_field(site: CrossingSite, scene: Scene, contacts: PassContacts, shape
     x, y = site.grid
     if site.flow_law is None:
         return np.zeros((2, len(BODIES), 1, len(y)))
-    force, cosine = contacts.patches.normal_force, np.cos(contacts.angle)
+    force, cosine, spacing = contacts.patches.normal_force, np.cos(contacts.angle), site.settings.patch_spacing
     width = contacts.patches.grid.dy * contacts.patches.grid.ny / 2 * cosine
     before = mean_under(shape.known_strain, site.grid, contacts.body, contacts.position, width)
     flowed = mean_under(shape.known_flow, site.grid, contacts.body, contacts.position, 0 * width)
@@ -285,14 +275,14 @@ def groove_field(site: CrossingSite, scene: Scene, contacts: PassContacts, shape
             site.flow_law.limit,
             flowed[own],
         )
-        of, place = carried_beyond(contacts.position[own, :2], contacts.position[:, 0], site.spacing, x)
+        of, place = carried_beyond(contacts.position[own, :2], contacts.position[:, 0], spacing, x)
         flows = found.depth[of] > 0
         of, place = of[flows], place[flows]
         strips, across = groove_strips(Grooves(*(v[of] for v in found)))
         plan = across * cosine[own][of]
         feet = Footprints(np.full(len(plan), b), place, 0 * plan, plan)
         for into, each in zip(depth, np.moveaxis(strips, 1, 0), strict=True):
-            into += deposit(feet, each[:, None], across * (site.spacing / (x[1] - x[0])), x, y)
+            into += deposit(feet, each[:, None], across * (spacing / (x[1] - x[0])), x, y)
     return depth
 
 

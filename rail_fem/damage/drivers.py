@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from geometry.surfaces.bodies import BODIES
-from rail_fem.damage.sites import contacts_of_pass, laws_of
+from rail_fem.damage.crossing import pass_contacts, patch_options
 from rail_fem.damage.traffic import Sensitivity, elasticity
-from rail_fem.damage.wear import worn_area
+from rail_fem.damage.wear import laws_of, worn_area
 from rail_fem.hierarchy import solve
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings
@@ -28,7 +28,8 @@ DRIVERS: dict[str, tuple[Callable[[Scene], float], Callable[[Scene, float], Scen
 
 def volume(scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None) -> float:
     """Worn off the nose by one pass of the scene's wheel [m3]."""
-    contacts = contacts_of_pass(solve("rigid_hertz", scene, run), settings)
+    result = solve("rigid_hertz", scene, run)
+    contacts = pass_contacts(result, settings.patch_spacing, options=patch_options(scene, settings))
     areas = worn_area(laws_of(settings)[settings.law], contacts.patches, contacts.speed)
     return float(areas[contacts.body == BODIES.index("nose")].sum()) * settings.patch_spacing
 

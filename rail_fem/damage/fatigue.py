@@ -9,6 +9,7 @@ import numpy as np
 
 from bem.exact.subsurface import line_stress
 from rail_fem.damage.wear import Patches, WearError
+from rail_fem.settings.damage import DamageSettings
 
 REGIONS = ("none", "fatigue", "mixed", "wear")
 
@@ -41,6 +42,11 @@ class WholeLifeRail:
         """none, fatigue (rising), mixed (falling, above 0) or wear."""
         corners = np.array([self.onset, self.peak, self.balance])
         return REGIONS[int(np.searchsorted(corners, tgamma, side="left"))]
+
+
+def fatigue_of(settings: DamageSettings) -> WholeLifeRail:
+    """Its damage function."""
+    return WholeLifeRail(settings.onset, settings.peak, settings.balance)
 
 
 @dataclass(frozen=True)

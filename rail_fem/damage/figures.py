@@ -11,10 +11,11 @@ from matplotlib.figure import Figure
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.crossing_site import CrossingRate, CrossingSite
 from rail_fem.damage.evolution import Evolution, Rate
-from rail_fem.damage.fatigue import WholeLifeRail, shakedown_limits
+from rail_fem.damage.fatigue import WholeLifeRail, fatigue_of, shakedown_limits
 from rail_fem.damage.patch_figure import patches_figure
 from rail_fem.damage.report import THOUSAND
-from rail_fem.damage.sites import fatigue_of, laws_of
+from rail_fem.damage.wear import laws_of
+from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.damage.worn_profile import depth_between
 from rail_fem.settings.damage import DamageSettings
 from rail_fem.show.panels import Panel, new_panels, panels_figure, titled
@@ -224,7 +225,7 @@ def wheel_panels(settings: DamageSettings, site: CrossingSite, state: Evolution)
     """The wheels' profiles; depth over them by the leading law for each kind of pass; the mean of the traffic with the
     band over the laws."""
     depth = np.asarray(state.wheels).sum(axis=2) * (THOUSAND / (state.passes - state.began)) * UM
-    y, lead = site.wheel_lines * MM, list(state.by_law).index(settings.law)
+    y, lead = wheel_lines(settings.plan_spacing) * MM, list(state.by_law).index(settings.law)
     least = LEAST * depth[:, lead].max()
     seen = np.flatnonzero((depth[:, lead] > least).any(axis=0))
     worn = slice(seen[0], seen[-1] + 1)

@@ -9,7 +9,7 @@ from geometry.profiles.profile import hermite_many
 from rail_fem.damage.evolution import Rate
 from rail_fem.damage.rolling import RollingPoint
 from rail_fem.damage.section import PassRecord
-from rail_fem.damage.sites import laws_of
+from rail_fem.damage.wear import laws_of
 from rail_fem.damage.worn_profile import WornProfile
 from rail_fem.settings.damage import DamageSettings
 from rail_fem.show.panels import Panel, titled

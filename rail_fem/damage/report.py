@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from geometry.surfaces.bodies import BODIES
-from rail_fem.damage.sites import laws_of, maintenance_of
+from rail_fem.damage.sites import maintenance_of
 from rail_fem.damage.traffic import EXTRAPOLATED, INSPECTION, WEEKS, time_in_words
+from rail_fem.damage.wear import laws_of
 from rail_fem.files.markdown import markdown_table, page_of, table_of
 from rail_fem.settings.damage import DamageSettings
 

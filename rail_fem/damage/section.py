@@ -16,10 +16,11 @@ from geometry.profiles.profile import Profile
 from geometry.wheelset import RailPosition, Track, Wheelset
 from rail_fem.damage.contact_facts import ContactFacts, facts_of_points
 from rail_fem.damage.evolution import Rate, Site
-from rail_fem.damage.fatigue import WholeLifeRail
+from rail_fem.damage.fatigue import fatigue_of
 from rail_fem.damage.rolling import Rolling, RollingPoint, equilibrium_on_yielding_rails, roll
 from rail_fem.damage.wear import WearLaw, friction_work
 from rail_fem.damage.worn_profile import WornProfile
+from rail_fem.settings.damage import DamageSettings
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,19 +65,14 @@ class PassRecord:
 
 @dataclass(frozen=True, eq=False)
 class Section(Site):
-    """The left rail's position is that of `track`, whatever wears. laws : by name; factor : of calibration on all of
-    them;  lateral_stiffness : of one rail [N/m];  fatigue : damage of a contact by its T gamma;  hardness,
-    shear_yield [Pa] : of its steel"""
+    """The left rail's position is that of `track`, whatever wears. laws : by name;  settings : of the study, by
+    which it wears"""
 
     track: Track
     passings: tuple[Passing, ...]
     laws: dict[str, WearLaw]
-    factor: float = 1.0
-    lateral_stiffness: float = np.inf
-    back_to_back: float = 1.360
-    fatigue: WholeLifeRail = WholeLifeRail()
-    hardness: float = 2.6e9
-    shear_yield: float = 300e6
+    settings: DamageSettings
+    back_to_back: float
     positions: dict[int, float] = field(default_factory=dict, repr=False)  # found last, to begin from
 
     @property
@@ -115,13 +111,13 @@ class Section(Site):
                 searches[wheel] = ContactSearch(wheelset, track)
             search = searches[wheel]
             state = equilibrium_on_yielding_rails(
-                search, p.loads, p.lateral, p.yaw, self.lateral_stiffness, self.positions.get(k)
+                search, p.loads, p.lateral, p.yaw, self.settings.switch.rail_stiffness, self.positions.get(k)
             )
             at = _middle(state)
             self.positions[k] = at
             points = roll(search, state, p.rolling)
             left = [point for point in points if point.side == "left"]
-            found.append(PassRecord(p, points, at, facts_of_points(left, self.hardness, self.shear_yield)))
+            found.append(PassRecord(p, points, at, facts_of_points(left, self.settings)))
         return tuple(found)
 
     def rate(self, worn: WornProfile) -> Rate:
@@ -129,7 +125,7 @@ class Section(Site):
         depth = {name: np.zeros(len(worn.points)) for name in self.laws}
         area, beyond = dict.fromkeys(self.laws, 0.0), dict.fromkeys(self.laws, 0.0)
         work, crack = np.zeros(len(worn.points)), np.zeros(len(worn.points))
-        records = self.records(worn)
+        records, fatigue = self.records(worn), fatigue_of(self.settings)
         for record in records:
             for point in record.points:
                 if point.side != "left":
@@ -137,13 +133,13 @@ class Section(Site):
                 patch, weight = point.patch, record.passing.weight
                 centre = worn.position(*point.position)
                 for name, law in self.laws.items():
-                    strips = self.factor * weight * law.depth(patch, point.speed)
+                    strips = self.settings.factor * weight * law.depth(patch, point.speed)
                     own, lost = worn.deposit(centre, point.outwards, strips, patch.grid.dy)
                     depth[name] += own
                     area[name] += float(strips.sum() * patch.grid.dy)
                     beyond[name] += lost
                 work += worn.deposit(centre, point.outwards, weight * friction_work(patch), patch.grid.dy)[0]
-                fallen = np.full(patch.grid.ny, weight * float(self.fatigue.damage(point.tgamma)))
+                fallen = np.full(patch.grid.ny, weight * float(fatigue.damage(point.tgamma)))
                 crack += worn.deposit(centre, point.outwards, fallen, patch.grid.dy)[0]
         kinds = tuple((record.passing.weight, record) for record in records)
         return Rate(depth, area, beyond, work, crack, kinds)

@@ -7,24 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.patch import Patch
 from geometry.surfaces.switch import Switch
 from rail_fem.case.variations import field_of
-from rail_fem.damage.crossing import PassContacts, PatchOptions, pass_contacts
+from rail_fem.damage.crossing import friction_of
 from rail_fem.damage.crossing_site import CrossingPass, CrossingSite
 from rail_fem.damage.evolution import LEAST_SHARE, Stepping
-from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.groove import FlowLaw
 from rail_fem.damage.rolling import Rolling
 from rail_fem.damage.section import Passing, Section, scattered, sine_positions
 from rail_fem.damage.subsurface import SubsurfaceSteel, subsurface_fatigue
 from rail_fem.damage.traffic import WELD, Event, equivalent_tonnage
 from rail_fem.damage.turning import wheels_between, wheels_on_line, worn_on_line
-from rail_fem.damage.wear import Archard, WearLaw, dry_laws
-from rail_fem.damage.wheel_wear import wheel_lines
+from rail_fem.damage.wear import laws_of
 from rail_fem.processes.pool import Pool
-from rail_fem.result.result import PassResult
 from rail_fem.scene.base import InputError
 from rail_fem.scene.input_errors import quantity_of
 from rail_fem.scene.scene import Scene, Wheel
@@ -35,15 +31,6 @@ PLAN = -0.05, 0.07  # y of a crossing's plan [m]
 BEYOND = 0.06  # of a crossing's plan before and after the pass [m]
 ROWS = 16  # of a patch, whose stress histories are judged
 CROSSING_SHARE = 0.1  # of the passes done, that a block of a crossing is long at least
-
-
-def laws_of(settings: DamageSettings, wheels: bool = False) -> dict[str, WearLaw]:
-    """The laws of a study by name, or those by which its wheels wear."""
-    hardness, k = settings.wheel_hardness if wheels else settings.hardness, settings.wear_coefficient
-    laws = dry_laws(hardness)
-    if k is not None:
-        laws["archard"] = Archard(hardness, coefficient=k, label=f"Archard, k = {k:g}")
-    return laws
 
 
 def stepping_of(settings: DamageSettings) -> Stepping:
@@ -70,11 +57,6 @@ def maintenance_of(settings: DamageSettings) -> tuple[Event, ...]:
     return tuple(sorted(events + [replace(WELD, time=t) for t in settings.weldings], key=lambda event: event.time))
 
 
-def fatigue_of(settings: DamageSettings) -> WholeLifeRail:
-    """Its damage function."""
-    return WholeLifeRail(settings.onset, settings.peak, settings.balance)
-
-
 def subsurface_of(patch: Patch, settings: DamageSettings) -> dict[str, float]:
     """Dang Van's equivalent stress over its limit, at which depth [m], and the largest fatigue parameter of Jiang and
     Sehitoglu [Pa] below a passing patch."""
@@ -82,13 +64,6 @@ def subsurface_of(patch: Patch, settings: DamageSettings) -> dict[str, float]:
     found = subsurface_fatigue(patch, steel, rows=ROWS)
     share, depth = found.worst
     return {"dang_van": share, "depth": depth, "jiang_sehitoglu": float(found.jiang.max())}
-
-
-def friction_of(scene: Scene, settings: DamageSettings) -> float | SlipDependentFriction:
-    """Friction at the scene's speed."""
-    if settings.kinetic_friction is None:
-        return scene.friction
-    return SlipDependentFriction.at_speed(scene.friction, settings.kinetic_friction, settings.decay_speed, scene.speed)
 
 
 def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, float], ...]:
@@ -163,24 +138,7 @@ def switch_section(scene: Scene, settings: DamageSettings) -> Section:
             for y, share in zip(positions, shares, strict=True)
         ]
     track = Switch().track(site.distance, scene.gauge)
-    return Section(
-        track,
-        tuple(passings),
-        laws_of(settings),
-        settings.factor,
-        site.rail_stiffness,
-        scene.back_to_back,
-        fatigue_of(settings),
-        settings.hardness,
-        settings.shear_yield,
-    )
-
-
-def patch_options(scene: Scene, settings: DamageSettings) -> PatchOptions:
-    """How the patches of its passes over a crossing are solved."""
-    friction = friction_of(scene, settings)
-    conformal = settings.tangential == "conformal"
-    return PatchOptions(friction, settings.initial_slope, settings.cells, settings.hardness, conformal)
+    return Section(track, tuple(passings), laws_of(settings), settings, scene.back_to_back)
 
 
 def crossing_site(
@@ -200,7 +158,7 @@ def crossing_site(
     by_load = drawn or any(kind.axle_load for kind in settings.traffic)
     for own, weight in wheels_of(scene, settings):
         passes += [
-            CrossingPass(own, float(shift), weight * float(share), patch_options(own, settings), by_load)
+            CrossingPass(own, float(shift), weight * float(share), by_load)
             for shift, share in zip(positions, shares, strict=True)
         ]
     low, high = sorted(numerics.window(scene))
@@ -210,22 +168,9 @@ def crossing_site(
         scene.crossing.surface,
         tuple(passes),
         laws_of(settings),
+        settings,
         numerics,
         (x, y),
-        settings.patch_spacing,
-        settings.factor,
-        settings.hardness,
-        settings.shear_yield,
         pool,
         FlowLaw(settings.flow_limit, settings.flow_share) if settings.plastic_flow else None,
-        settings.deposit,
-        laws_of(settings, wheels=True),
-        wheel_lines(settings.plan_spacing),
-        fatigue_of(settings),
     )
-
-
-def contacts_of_pass(result: PassResult, settings: DamageSettings) -> PassContacts:
-    """Patches of one pass as the study wants them."""
-    scene = result.scene
-    return pass_contacts(result, settings.patch_spacing, options=patch_options(scene, settings))

@@ -9,7 +9,8 @@ from geometry.surfaces.depth_field import STEEPEST
 from rail_fem.damage.contact_facts import ContactFacts
 from rail_fem.damage.crossing_site import CrossingRate
 from rail_fem.damage.evolution import Evolution, Rate
-from rail_fem.damage.sites import fatigue_of, maintenance_of, subsurface_of
+from rail_fem.damage.fatigue import fatigue_of
+from rail_fem.damage.sites import maintenance_of, subsurface_of
 from rail_fem.damage.traffic import EXTRAPOLATED, Event, life
 from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.settings.damage import DamageSettings

@@ -16,6 +16,7 @@ import numpy as np
 from bem.halfspace.rolled_ellipses import RolledEllipses
 from bem.patch import Patch
 from rail_fem.damage.cell_mean import means_over_cells
+from rail_fem.settings.damage import DamageSettings
 
 Patches = Patch | RolledEllipses
 DENSITY = 7850.0  # of rail steel, by which laws that give mass are turned into volume [kg/m3]
@@ -301,3 +302,12 @@ def dry_laws(hardness: float) -> dict[str, WearLaw]:
         "brr": BritishRail(),
         "krause_poll": KrausePoll(),
     }
+
+
+def laws_of(settings: DamageSettings, wheels: bool = False) -> dict[str, WearLaw]:
+    """The laws of a study by name, or those by which its wheels wear."""
+    hardness, k = settings.wheel_hardness if wheels else settings.hardness, settings.wear_coefficient
+    laws = dry_laws(hardness)
+    if k is not None:
+        laws["archard"] = Archard(hardness, coefficient=k, label=f"Archard, k = {k:g}")
+    return laws

@@ -21,8 +21,7 @@ from bem.material import Pair
 from geometry.surfaces.bodies import BODIES
 from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
-from rail_fem.damage.crossing import PassContacts, pass_contacts
-from rail_fem.damage.sites import patch_options
+from rail_fem.damage.crossing import PassContacts, pass_contacts, patch_options
 from rail_fem.damage.wear import JENDEL
 from rail_fem.hierarchy import solve
 from rail_fem.scene.scene import Scene

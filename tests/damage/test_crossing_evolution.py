@@ -13,10 +13,12 @@ from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.damage import crossing_site as crossing_site_module
 from rail_fem.damage import study
 from rail_fem.damage.evolution import Stepping, begin, evolve
+from rail_fem.damage.fatigue import fatigue_of
 from rail_fem.damage.figures import passes_panels, tgamma_panels
 from rail_fem.damage.flow import FlowError, read_flow
-from rail_fem.damage.sites import crossing_site, laws_of, stepping_of, traffic_of
+from rail_fem.damage.sites import crossing_site, stepping_of, traffic_of
 from rail_fem.damage.traffic import WELD, Event
+from rail_fem.damage.wear import laws_of
 from rail_fem.damage.worn_profile import WornOutError
 from rail_fem.damage.worn_surface import WornSurface
 from rail_fem.hierarchy import solve
@@ -97,7 +99,7 @@ def test_a_wheel_heals_the_cracks_on_its_own_line_alone(site, rate):
     both, alone = two.rate(site.first()), replace(site, passes=(replace(one, shift=shift),)).rate(site.first())
     assert both.crack == pytest.approx((rate.crack + alone.crack) / 2, abs=1e-18)
     facts = rate.kinds[0][1].facts
-    damage = site.fatigue.damage(facts.tgamma)
+    damage = fatigue_of(site.settings).damage(facts.tgamma)
     assert rate.crack.max() == pytest.approx(damage.max(), rel=0.1) and rate.crack.max() <= damage.max() * (1 + 1e-12)
     assert rate.crack.min() == pytest.approx(min(damage.min(), 0), rel=0.1)
     assert not rate.crack[:, ~(rate.work > 0).any(axis=(0, 2))].any()

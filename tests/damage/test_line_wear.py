@@ -8,10 +8,10 @@ import pytest
 from geometry.profiles.wheel import wheel_profile
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.damage import turning
-from rail_fem.damage.sites import laws_of, wheels_of
+from rail_fem.damage.sites import wheels_of
 from rail_fem.damage.study import run_study, study_mark
 from rail_fem.damage.turning import FLANGE, LINES, STEP, flange_height, hollow, lost_in_a_turn, lowered, worn_on_line
-from rail_fem.damage.wear import dry_laws
+from rail_fem.damage.wear import dry_laws, laws_of
 from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.result.runfolder import digest
 

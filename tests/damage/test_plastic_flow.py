@@ -202,7 +202,8 @@ def test_a_wheel_in_its_own_groove_does_not_strike_where_the_pass_begins(site):
     *_, end = evolve(site, 2, Stepping(block=2, deepest=1e9, flow_step=100e-6))
     one, load = site.passes[0], site.passes[0].scene.static_wheel_load
     flat, grooved = (
-        dynamics(one, site.crossing(shape), site.run, site.spacing)[1] for shape in (site.first(), end.worn)
+        dynamics(one, site.crossing(shape), site.run, site.settings.patch_spacing)[1]
+        for shape in (site.first(), end.worn)
     )
     at = np.linspace(0.282, 0.32, 50)
     change = np.interp(at, grooved.x, grooved.force[0]) - np.interp(at, flat.x, flat.force[0])
@@ -211,7 +212,10 @@ def test_a_wheel_in_its_own_groove_does_not_strike_where_the_pass_begins(site):
 
 def test_steel_is_indented_by_what_is_still_to_flow(site):
     """As virgin where none has flowed, less and less after, and at rest not at all: its pass is the elastic one."""
-    one, table = site.passes[0], dynamics(site.passes[0], site.crossing(site.first()), site.run, site.spacing)[0]
+    one, table = (
+        site.passes[0],
+        dynamics(site.passes[0], site.crossing(site.first()), site.run, site.settings.patch_spacing)[0],
+    )
     first = site.first()
     assert (left_to_flow(site.flow_law, site.grid, one.scene, first, table) == 1).all()
     parts = []
@@ -221,7 +225,9 @@ def test_steel_is_indented_by_what_is_still_to_flow(site):
     assert (parts[0] >= 0).all() and parts[1].mean() < parts[0].mean() < 1
     runs = [site.run, site.run.model_copy(update={"plastic_indentation": False})]
     rest = lambda table: np.zeros(table.stiffness.shape)
-    at_rest, elastic = (dynamics(one, site.crossing(first), run, site.spacing, rest)[1].force for run in runs)
+    at_rest, elastic = (
+        dynamics(one, site.crossing(first), run, site.settings.patch_spacing, rest)[1].force for run in runs
+    )
     np.testing.assert_allclose(at_rest, elastic, rtol=1e-9, atol=1e-6)
 
 

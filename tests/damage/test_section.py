@@ -20,14 +20,15 @@ from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.contact.load_sharing import static_equilibrium
 from rail_fem.damage import study
 from rail_fem.damage.evolution import Stepping, begin, evolve
+from rail_fem.damage.fatigue import fatigue_of
 from rail_fem.damage.patch_figure import points_of, shown_pass
 from rail_fem.damage.report import study_report
 from rail_fem.damage.rolling import LONGEST, tractions
 from rail_fem.damage.section import scattered, sine_positions
 from rail_fem.damage.side_by_side import studies_table
-from rail_fem.damage.sites import laws_of, stepping_of, switch_section, tonnage_of
+from rail_fem.damage.sites import stepping_of, switch_section, tonnage_of
 from rail_fem.damage.summary import _share_by, shortest_block, summary, years_of
-from rail_fem.damage.wear import worn_area
+from rail_fem.damage.wear import laws_of, worn_area
 from rail_fem.damage.worn_profile import WornOutError, depth_between
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "switch_section.toml"
@@ -87,7 +88,7 @@ def test_cracks_fall_where_their_contact_lies():
     case = load_case(CASE, {"damage.cells": 20, "damage.switch.positions": 6, "damage.switch.yaw": "8 mrad"})
     section = switch_section(case.scene, case.damage)
     rate = section.rate(section.first())
-    y, model = section.first().points[:, 0], section.fatigue
+    y, model = section.first().points[:, 0], fatigue_of(section.settings)
     fallen = [
         (r.passing.weight * float(model.damage(p.tgamma)), p.position[0])
         for _, r in rate.kinds

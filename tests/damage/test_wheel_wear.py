@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
-from rail_fem.damage.crossing import table_contacts
+from rail_fem.damage.crossing import patch_options, table_contacts
 from rail_fem.damage.crossing_site import dynamics
 from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.figures import wheel_panels
 from rail_fem.damage.report import study_report
-from rail_fem.damage.sites import crossing_site, patch_options, tonnage_of
+from rail_fem.damage.sites import crossing_site, tonnage_of
 from rail_fem.damage.summary import summary
 from rail_fem.damage.traffic import WELD
 from rail_fem.damage.wheel_wear import circumference, wheel_lines, wheel_wear
@@ -36,7 +36,7 @@ def made():
 def test_volume_of_the_wheel_is_that_of_the_strips(made):
     """By laws without hardness the wheel loses what the rail's strips lose, spread over 2 pi r: to round-off."""
     _, site, rate = made
-    step = site.wheel_lines[1] - site.wheel_lines[0]
+    step = wheel_lines(site.settings.plan_spacing)[1] - wheel_lines(site.settings.plan_spacing)[0]
     _, own = rate.kinds[0]
     for name, depth in zip(site.laws, own.wheel, strict=True):
         volume = float((depth * own.circumference).sum() * step)
@@ -51,7 +51,7 @@ def test_archards_law_goes_by_the_wheels_own_hardness(made):
     _, site = quick_site(changes)
     rate = site.rate(site.first())
     _, own = rate.kinds[0]
-    step = site.wheel_lines[1] - site.wheel_lines[0]
+    step = wheel_lines(site.settings.plan_spacing)[1] - wheel_lines(site.settings.plan_spacing)[0]
     volume = float((own.wheel[list(site.laws).index("archard")] * own.circumference).sum() * step)
     assert volume == pytest.approx(2 * rate.removed["archard"], rel=1e-12)
 
@@ -61,7 +61,7 @@ def test_a_wheel_wears_where_it_touches_and_further_out_when_it_is_moved(made):
     rail 2 mm nearer to its flange, as far as the rail's shape lets it."""
     case, site, _ = made
     one = site.passes[0]
-    table, light = dynamics(one, site.crossing(site.first()), site.run, site.spacing)
+    table, light = dynamics(one, site.crossing(site.first()), site.run, site.settings.patch_spacing)
     order = np.argsort(light.x)
     forces = np.stack([np.interp(table.x, light.x[order], own[order]) for own in light.force])
     contacts = table_contacts(one.scene, table, forces, patch_options(one.scene, case.damage))
@@ -134,7 +134,7 @@ def test_the_mean_of_the_traffic_is_drawn_wherever_one_of_its_wheels_wears(made)
     most: there a quarter of that."""
     case, site, rate = made
     *_, end = evolve(site, 10, Stepping(block=10))
-    (one,), other = site.passes, end.wheels * (site.wheel_lines > 0)
+    (one,), other = site.passes, end.wheels * (wheel_lines(site.settings.plan_spacing) > 0)
     two = replace(site, passes=(replace(one, weight=0.25), replace(one, weight=0.75, shift=1e-3)))
     _, each, mean = wheel_panels(case.damage, two, replace(end, wheels=np.concatenate([end.wheels, other])))
     deepest = np.nanmax(next(iter(each.lines.values()))[1])
