@@ -17,9 +17,8 @@ from scipy.spatial import cKDTree
 
 from bem.material import Elastic
 from geometry.meshing.hexmesh import HexMesh
-from rail_fem.fe.compat import PETSc, SLEPc, create_hexahedral_mesh, fem, lagrange_vectors
-from rail_fem.fe.domain import VTK_TO_DOLFINX
-from rail_fem.static_fe.small_strain import assembled
+from rail_fem.fe.compat import PETSc, SLEPc, fem, lagrange_vectors
+from rail_fem.static_fe.small_strain import assembled, hexahedra
 
 FIRST_MODES = 32  # looked for at first, twice as many as long as all of them lie below the limit
 
@@ -29,11 +28,9 @@ class Solid:
     in turn. nodes (n, 3) [m]"""
 
     def __init__(self, mesh: HexMesh, steel: Elastic, density: float, degree: int = 2) -> None:
-        cells = mesh.cells[:, VTK_TO_DOLFINX].astype(np.int64)
-        points = np.ascontiguousarray(mesh.points)
-        solid = create_hexahedral_mesh(MPI.COMM_SELF, cells, points, np.zeros(len(cells), np.int32))
+        solid = hexahedra(mesh)
         space = lagrange_vectors(solid, degree)
-        self.points, self.degree = points, degree
+        self.points, self.degree = mesh.points, degree
         self.nodes = space.tabulate_dof_coordinates()
         u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
         dx, own = ufl.dx(metadata={"quadrature_degree": 2 * degree}), np.arange(len(self.nodes))

@@ -89,9 +89,7 @@ def press_ridge(
     body = quadrilaterals(np.column_stack([x, z]), quads, elastic, hardening)
     surface, outer = 2 * at[:, 0] + 1, (2 * np.unique(np.r_[at[-1], at[:, -1]])[:, None] + [0, 1]).ravel()
     gap = curvature * line**2 / 2
-    spread = np.zeros(len(line))  # area of the surface that belongs to each node, per length
-    spread[:-1] += np.diff(line) / 2
-    spread[1:] += np.diff(line) / 2
+    spread = np.diff(np.r_[line[0], (line[1:] + line[:-1]) / 2, line[-1]])  # of the surface, that belongs to each node
     points = body.points.mean(axis=1)
     rows: list[tuple[float, ...]] = []
     strain = np.zeros(len(quads))

@@ -23,15 +23,13 @@ GROWTH = 1.1  # from one element to the next beyond
 
 @dataclass(frozen=True)
 class Pressed:
-    """After each node (k,): radius of contact [m], load [N], approach [m], largest pressure [Pa], largest equivalent
-    plastic strain, steps of Newton's method; pressure (n,) [Pa] at surface radii r (n,) [m] at the end."""
+    """After each node (k,): radius of contact [m], load [N], approach [m], largest pressure [Pa]; pressure
+    (n,) [Pa] at surface radii r (n,) [m] at the end."""
 
     radius: np.ndarray
     load: np.ndarray
     approach: np.ndarray
     max_pressure: np.ndarray
-    max_strain: np.ndarray
-    steps: np.ndarray
     r: np.ndarray
     pressure: np.ndarray
 
@@ -101,7 +99,6 @@ def press_sphere(
         above = state.displacement[surface[k + 1 :]] - (height[k + 1 :] - approach)
         if above.max() > 1e-6 * approach:
             raise SmallStrainError(f"radius {line[k]:.4g} m: a node beyond lies {above.max():.3g} m above the sphere")
-        strain = state.answer.plastic.peeq.max()
-        rows.append((line[k], load, approach, pressure.max(), strain, len(state.mismatch) - 1))
-    radii, loads, approaches, largest, strains, steps = np.array(rows).T
-    return Pressed(radii, loads, approaches, largest, strains, steps, line, pressure)
+        rows.append((line[k], load, approach, pressure.max()))
+    radii, loads, approaches, largest = np.array(rows).T
+    return Pressed(radii, loads, approaches, largest, line, pressure)

@@ -311,9 +311,13 @@ def assembled(form, dof_of: np.ndarray) -> sparse.csr_matrix:
     return matrix[order][:, order]
 
 
-def solid(mesh: HexMesh, elastic: Elastic, hardening: Hardening = ELASTIC, **options) -> SmallStrain:
-    """Trilinear hexahedra in the order of the mesh's nodes; options as of SmallStrain."""
+def hexahedra(mesh: HexMesh):
+    """The mesh as dolfinx' own, on one rank."""
     cells = mesh.cells[:, VTK_TO_DOLFINX].astype(np.int64)
     points = np.ascontiguousarray(mesh.points)
-    body = create_hexahedral_mesh(MPI.COMM_SELF, cells, points, np.zeros(len(cells), np.int32))
-    return SmallStrain(body, points, elastic, hardening, **options)
+    return create_hexahedral_mesh(MPI.COMM_SELF, cells, points, np.zeros(len(cells), np.int32))
+
+
+def solid(mesh: HexMesh, elastic: Elastic, hardening: Hardening = ELASTIC, **options) -> SmallStrain:
+    """Trilinear hexahedra in the order of the mesh's nodes; options as of SmallStrain."""
+    return SmallStrain(hexahedra(mesh), mesh.points, elastic, hardening, **options)
