@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from geometry.meshing.sweep.carry import _follow
-from geometry.meshing.sweep.morphing import ElasticMorph
+from geometry.meshing.sweep.carry import ElasticMorph, _follow
 
 ALONG, ACROSS = 6, 4
 

@@ -1,12 +1,17 @@
 """Carry the mesh of one section to all others: outline nodes by features and distance from the block, inner nodes after
-them."""
+them by linear elasticity, small quads stiffer."""
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.linalg import splu
 
+from geometry.meshing.hexmesh import cross_2d
 from geometry.meshing.section.curve import SectionCurve
 from geometry.meshing.section.quads import QuadSection, place_strip_middles
 from geometry.meshing.sweep.matching import outline_arcs
-from geometry.meshing.sweep.morphing import ElasticMorph
+
+POINTS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
+CORNER = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
 def carry_section(
@@ -66,3 +71,57 @@ def _follow(section, morph, before, outline, fixed):
     if np.ptp(shift[fixed], axis=0).max() < 1e-9:
         return moved
     return section.smoother.smooth(moved, iterations=40)
+
+
+class ElasticMorph:
+    """Displacements of a section's inner nodes from those of its outline.
+
+    points : (n, 2) reference positions [m];  quads : (k, 4) anticlockwise;
+    fixed : (n,) bool, nodes with prescribed motion Each quad's modulus is proportional to 1 / area, so that small quads
+        keep their shape and large ones give way. Motions without strain
+    (translations, small turns) are carried exactly, uniform strains where all quads have one area.
+    """
+
+    def __init__(self, points: np.ndarray, quads: np.ndarray, fixed: np.ndarray):
+        self.used = np.unique(quads)
+        stiffness = plane_stiffness(points, quads)
+        free = np.zeros(len(points), dtype=bool)
+        free[self.used] = True
+        free &= ~fixed
+        self.free = free
+        free_dofs, fixed_dofs = (np.flatnonzero(np.repeat(mask, 2)) for mask in (free, fixed))
+        self.fixed = fixed
+        self.solver = splu(stiffness[free_dofs][:, free_dofs].tocsc())
+        self.coupling = stiffness[free_dofs][:, fixed_dofs].tocsr()
+
+    def carry(self, displacement: np.ndarray) -> np.ndarray:
+        """Displacements of all nodes (n, 2) [m] from those of the fixed nodes, given in the rows of `displacement` (n,
+        2)."""
+        result = displacement.copy()
+        result[self.free] = -self.solver.solve(self.coupling @ displacement[self.fixed].ravel()).reshape(-1, 2)
+        return result
+
+
+def plane_stiffness(points: np.ndarray, quads: np.ndarray, poisson: float = 0.3):
+    """Plane strain stiffness (2n, 2n), sparse, of bilinear quads (k, 4) with modulus proportional to 1 / area."""
+    corner = points[quads]
+    diagonals = corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]
+    area = np.abs(cross_2d(*diagonals)) / 2
+    lam, mu = poisson / (1 - 2 * poisson), 0.5
+    law = np.array([[lam + 2 * mu, lam, 0], [lam, lam + 2 * mu, 0], [0, 0, mu]])
+    element = np.zeros((len(quads), 8, 8))
+    for r in POINTS:
+        for s in POINTS:
+            local = 0.25 * np.stack(
+                [CORNER[:, 0] * (1 + CORNER[:, 1] * s), CORNER[:, 1] * (1 + CORNER[:, 0] * r)], axis=1
+            )
+            jacobian = np.einsum("ia,kib->kab", local, corner)
+            gradient = np.einsum("kab,ib->kia", np.linalg.inv(jacobian), local)
+            strain = np.zeros((len(quads), 3, 8))
+            strain[:, 0, 0::2] = strain[:, 2, 1::2] = gradient[:, :, 0]
+            strain[:, 1, 1::2] = strain[:, 2, 0::2] = gradient[:, :, 1]
+            measure = np.abs(np.linalg.det(jacobian)) / area
+            element += np.einsum("kai,ab,kbj,k->kij", strain, law, strain, measure)
+    dofs = (2 * quads[:, :, None] + np.arange(2)).reshape(-1, 8)
+    rows, columns = np.repeat(dofs, 8, axis=1).ravel(), np.tile(dofs, (1, 8)).ravel()
+    return coo_matrix((element.ravel(), (rows, columns)), shape=(2 * len(points),) * 2).tocsr()
