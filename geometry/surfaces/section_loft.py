@@ -46,14 +46,13 @@ def curve_at(profile: Profile, length: np.ndarray) -> tuple[np.ndarray, np.ndarr
     At a kink the tangent is the one on leaving it; at the last length the one on reaching it.
     """
     s = profile.arc_length
-    first = np.column_stack([np.cos(profile.angle_after), np.sin(profile.angle_after)])
     last = np.column_stack([np.cos(profile.angle_before), np.sin(profile.angle_before)])
     k = np.searchsorted(s, length, side="right") - 1
     k[-1] = np.searchsorted(s, length[-1] - APART) - 1
     k = np.clip(k, 0, len(s) - 2)
     h = (s[k + 1] - s[k])[:, None]
     t = ((length - s[k])[:, None]) / h
-    found = cubic_between(t, h, profile.points[k], profile.points[k + 1], first[k], last[k + 1])
+    found = cubic_between(t, h, profile.points[k], profile.points[k + 1], profile.tangent[k], last[k + 1])
     return found.value, found.slope / np.linalg.norm(found.slope, axis=1)[:, None]
 
 

@@ -31,14 +31,13 @@ class WheelModes(NamedTuple):
     """Modes of half a wheelset that is free to move up and down, less that motion itself, softest first.
 
     harmonic (k,) around the axle;  frequency (k,) [Hz];  mass (k,) [kg] and axle (k,) [1]: of a mode that moves the
-    contact up by 1, its modal mass, and how far it moves the axle up;  wheel_mass [kg]
+    contact up by 1, its modal mass, and how far it moves the axle up
     """
 
     harmonic: np.ndarray
     frequency: np.ndarray
     mass: np.ndarray
     axle: np.ndarray
-    wheel_mass: float
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -96,19 +95,18 @@ def wheel_modes(
     steel: Elastic,
     density: float,
     highest: float,
-    contact: float = 0.0,
     element: float = ELEMENT,
 ) -> WheelModes:
     """Modes up to a frequency `highest` [Hz]. unsprung : mass of half a wheelset [kg].
 
     Errors: ValueError for a wheel that weighs as much as that, and those of `wheel_section`.
     """
-    section = wheel_section(body, radius, contact, element)
-    wheel_mass = weighed(section, unsprung, steel, density)
-    at_contact = int(np.argmin(np.hypot(section.points[:, 0] - radius, section.points[:, 1] - contact)))
+    section = wheel_section(body, radius, 0.0, element)
+    axle_mass = unsprung - weighed(section, unsprung, steel, density)
+    at_contact = int(np.argmin(np.hypot(section.points[:, 0] - radius, section.points[:, 1])))
     found: list[tuple] = []
     for n in range(MOST_HARMONICS):
-        own = _harmonic(section, n, steel, density, unsprung - wheel_mass, at_contact, highest)
+        own = _harmonic(section, n, steel, density, axle_mass, at_contact, highest)
         found += own
         if n > 2 and not own:
             break
@@ -116,7 +114,7 @@ def wheel_modes(
     harmonic, frequency, modal, axle = (np.array(column) for column in (zip(*found) if found else ((),) * 4))
     softness = 1 / (modal * frequency**2) if len(modal) else modal
     keep = softness > LEAST * softness.max(initial=0.0)
-    return WheelModes(harmonic[keep], frequency[keep], modal[keep], axle[keep], wheel_mass)
+    return WheelModes(harmonic[keep], frequency[keep], modal[keep], axle[keep])
 
 
 def weighed(section: RingSection, unsprung: float, steel: Elastic, density: float) -> float:

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
+from geometry.meshing.cell_measures import EDGES
 from geometry.meshing.hexmesh import boundary_faces
 from geometry.surfaces.bodies import CROSSING
 from rail_fem.result.fields import Fields, FieldsError, field_file, read_fields
 
 SEEN = 0.05  # a face is seen from above when the upward part of its unit normal exceeds this
-EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
 
 
 def read_crossing(folder: Path) -> Fields:
