@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from rail_fem.commands.ending import stop, stop_run
+from rail_fem.commands.ending import say, stop, stop_run
 from rail_fem.commands.options import PoolOption, SetOption, loaded_case
 
 
@@ -25,9 +25,7 @@ def damage(
     from rail_fem.processes.pool import Lost, Workers
 
     try:
-        ended = run_study(
-            loaded_case(case, settings), passes, out, restart, overwrite, typer.echo, Workers(workers, pool)
-        )
+        ended = run_study(loaded_case(case, settings), passes, out, restart, overwrite, say, Workers(workers, pool))
     except (ValueError, OSError, Lost) as error:
         stop(f"{case}: {error}")
     if ended:

@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 import typer
 
 from rail_fem.processes import launcher
+from rail_fem.processes.progress import print_on
 
 DONE, RUN_FAILED, REFUSED = 0, 1, 2
 EXIT_CODES = {
@@ -50,13 +51,13 @@ def choose_json(wanted: bool) -> bool:
 def say(text: str) -> None:
     """The answer, in words; where JSON is asked for `emit` gives it."""
     if launcher.rank() == 0 and not MANNER.as_json:
-        typer.echo(text)
+        print_on(sys.stdout, text, BrokenPipeError)
 
 
 def tell(text: str) -> None:
     """What goes on: not said when quiet."""
     if launcher.rank() == 0 and not MANNER.quiet:
-        typer.echo(text, err=MANNER.as_json)
+        print_on(sys.stderr if MANNER.as_json else sys.stdout, text)
 
 
 def warn(text: str) -> None:
@@ -76,7 +77,7 @@ def emit(answer: Mapping[str, Any]) -> None:
     from rail_fem.files.strict_json import dumps
 
     if launcher.rank() == 0 and MANNER.as_json:
-        typer.echo(dumps(answer))
+        print_on(sys.stdout, dumps(answer), BrokenPipeError)
 
 
 @contextlib.contextmanager

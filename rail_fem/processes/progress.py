@@ -24,6 +24,14 @@ BEFORE_STEPS = 8.0  # between lines of a log while no step is taken; with what a
 WAIT = 0.5  # for a status that is being written when the run is stopped [s]
 
 
+def print_on(stream: TextIO, text: str, unheard: type[OSError] = OSError) -> None:
+    """Print; where nobody reads it any more (`| head`), or its disk is full, nothing more is said and a run goes on."""
+    try:
+        print(text, file=stream, flush=True)
+    except unheard:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
 class Progress:
     """Reports of one run; every rank may hold one, only the root's writes (`active`).
 
@@ -154,7 +162,7 @@ class Progress:
         if not self._bar and now - self._told >= BEFORE_STEPS:
             self._told = now
             what = self.status["message"] or "before the first step"
-            print(f"{what} ({duration(now - self._started)})", file=self.stream, flush=True)
+            print_on(self.stream, f"{what} ({duration(now - self._started)})")
 
     def _watch(self) -> None:
         while not self._over.wait(min(self.interval, 1.0)):
@@ -177,7 +185,7 @@ class Progress:
         if self._bar:
             self._bar.console.print(text, highlight=False)
         else:
-            print(text, file=self.stream, flush=True)
+            print_on(self.stream, text)
 
     def _eta(self, fraction: float, now: float) -> float | None:
         """By the pace since this part's first step: meshes and compilation before it do not come again."""
@@ -204,7 +212,7 @@ class Progress:
             )
         elif self._lined is None or now - self._lined >= self.line_interval:
             self._lined = now
-            print(self.line(), file=self.stream, flush=True)
+            print_on(self.stream, self.line())
 
     def line(self) -> str:
         """The status as one plain line."""

@@ -32,6 +32,8 @@ def listen() -> None:
     for number in ENDING:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, lambda *_: None)  # the thread acts; without a handler nothing would wake it
+    if sys.platform != "win32":  # PETSc aborts by it where nobody reads what is printed
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGPIPE])
     threading.Thread(target=_answer, args=(heard,), daemon=True).start()
 
 

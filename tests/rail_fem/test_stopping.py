@@ -130,6 +130,22 @@ def test_what_the_program_was_started_to_ignore_it_ignores():
     )
 
 
+def test_a_run_goes_on_when_nobody_reads_what_it_says(tmp_path):
+    """As of `rail-fem run ... | head -1`; where PETSc is, it would end the process by SIGPIPE."""
+    code = (
+        "import contextlib, sys\nfrom rail_fem.processes import progress, stopping\nstopping.listen()\n"
+        "with contextlib.suppress(ImportError):\n    from petsc4py import PETSc\n"
+        "with progress.Progress(sys.argv[1], line_interval=0.0) as told:\n"
+        "    told.note('mesh')\n    told.update(step=1, time=1e-4, end_time=1e-3)"
+    )
+    read, write = os.pipe()
+    os.close(read)
+    run = [sys.executable, "-c", code, str(tmp_path)]
+    said = subprocess.run(run, cwd=ROOT, stdout=write, stderr=subprocess.PIPE, text=True, timeout=HANGS)
+    os.close(write)
+    assert (said.returncode, said.stderr) == (0, "") and read_status(tmp_path)["state"] == "finished"
+
+
 def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(started, case, tmp_path):  # noqa: F811
     whole, out = tmp_path / "whole", tmp_path / "out"
     assert call("run", case, "--out", whole).exit_code == 0
