@@ -49,7 +49,6 @@ def profile(
     """Profile doctor: what a profile file holds, what was repaired, what is refused; with a picture where one is asked
     for."""
     from geometry.profiles.doctor import examine
-    from geometry.profiles.figure import draw_diagnosis
     from geometry.profiles.formats.by_suffix import write_profile
     from geometry.profiles.formats.units import UNITS, metres_of
     from rail_fem.files.atomic import write_atomically
@@ -67,7 +66,11 @@ def profile(
         )
         say(f"{file}\n{found.report()}")
         if picture is not None:
-            write_atomically(picture, lambda temporary: draw_diagnosis(found, temporary))
+            from rail_fem.show.profile_figure import diagnosis_figure
+            from rail_fem.show.style import DOTS, lettering
+
+            with lettering():
+                write_atomically(picture, lambda temporary: diagnosis_figure(found).savefig(temporary, dpi=DOTS))
             say(f"  drawn   {picture}")
         if write is not None:
             note = f"from {file.name}"

@@ -9,7 +9,6 @@ from scipy.optimize import minimize_scalar
 
 from geometry.profiles.defects import noise_level
 from geometry.profiles.doctor import examine, refuse_loops
-from geometry.profiles.figure import draw_diagnosis
 from geometry.profiles.formats.raw import RawProfile
 from geometry.profiles.profile import ProfileError
 from geometry.profiles.rail import rail_head
@@ -144,10 +143,6 @@ def test_few_and_many_points_are_taken(count):
     found = examine(raw(np.column_stack([y, -(y**2) / 0.6])))
     assert len(found.profile.points) == count
     assert says(found, "warning", "only 5 points") == (count == 5)
-
-
-def test_the_picture_is_drawn(tmp_path):
-    assert draw_diagnosis(examine(raw(RAIL)), tmp_path / "a.png").stat().st_size > 10_000
 
 
 @pytest.mark.parametrize("level", [10e-6, 30e-6])
