@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import typer
 
-from bem.exact.yielding_sphere import SphereAtYield, first_yield, jackson_green, kogut_etsion
+from bem.exact.yielding_sphere import first_yield, jackson_green, kogut_etsion
 from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import Grid
 from bem.plastic.contact import PlasticHalfSpace
@@ -29,15 +29,12 @@ from rail_fem.studies.harness import OUT, QUICK
 
 RIGID = Elastic(1e17, 0.3)
 RADIUS, YIELD = 0.1, 310e6  # [m], [Pa]
+MODULUS = contact_modulus(RIGID, STEEL)
+FIRST = first_yield(RADIUS, MODULUS, YIELD, STEEL.poisson)  # approach, load and area of first yield
 BEYOND = 1.08  # approach up to which finite elements press, over the row's
 STEP = 1.6  # from one load to the next of the half-space
 TOLERANCE = 3e-4
 MOST = 110.0  # approach over that of first yield up to which the fit goes
-
-
-def at_yield() -> SphereAtYield:
-    """Approach, load and area of first yield."""
-    return first_yield(RADIUS, contact_modulus(RIGID, STEEL), YIELD, STEEL.poisson)
 
 
 @dataclass(frozen=True)
@@ -68,16 +65,15 @@ class Judged:
 
 def mean_pressure(load: float, area: float) -> float:
     """Over the yield stress, of load and area over those of first yield."""
-    first = at_yield()
-    return load / area * first.load / first.area / YIELD
+    return load / area * FIRST.load / FIRST.area / YIELD
 
 
 def indent(approach: float, cells: int, step: float = STEP) -> Indented:
     """The half-space under the load that the fit gives for an approach over that of first yield, by about so many cells
     over the radius of contact; `step` from one load to the next."""
-    first, tick = at_yield(), time.process_time()
+    tick = time.process_time()
     load, area = (float(value) for value in kogut_etsion(np.float64(approach)))
-    radius = np.sqrt(area * first.area / np.pi)
+    radius = np.sqrt(area * FIRST.area / np.pi)
     size, deep = radius / cells, 1.5 + 0.5 * np.log(1.5 + approach)
     n = 2 * int(np.ceil((1.2 + 0.35 * np.log(1 + approach)) * cells))
     grid = Grid.over((-n * size / 2, n * size / 2), (-n * size / 2, n * size / 2), n, n)
@@ -85,10 +81,10 @@ def indent(approach: float, cells: int, step: float = STEP) -> Indented:
     body = PlasticHalfSpace(grid, size, int(np.ceil(deep * cells)), RIGID, STEEL, Hardening.linear(YIELD))
     steps = 1 + int(np.ceil(np.log(max(load, 1.0)) / np.log(step)))
     for part in np.geomspace(min(1.0, load), load, steps):
-        found = body.press((x**2 + y**2) / (2 * RADIUS), part * first.load, TOLERANCE)
+        found = body.press((x**2 + y**2) / (2 * RADIUS), part * FIRST.load, TOLERANCE)
     patch = found.patch
     return Indented(
-        patch.approach / first.approach, load, patch.contact_area / first.area,
+        patch.approach / FIRST.approach, load, patch.contact_area / FIRST.area,
         float(np.sqrt(patch.contact_area / np.pi) / size), float(found.state.peeq.max()), time.process_time() - tick,
     )  # fmt: skip
 
@@ -104,9 +100,8 @@ def vanishing(found: list[Indented]) -> Indented:
 def press(approach: float, across: int) -> Pressed:
     """Finite elements up to somewhat more than an approach over that of first yield, `across` elements over the radius
     of contact."""
-    first = at_yield()
     w = BEYOND * max(approach, 1.0)
-    radius = np.sqrt(max(w, 0.94 * w**1.146) * first.area / np.pi) * (1 + 0.4 / across)  # the edge lies inside
+    radius = np.sqrt(max(w, 0.94 * w**1.146) * FIRST.area / np.pi) * (1 + 0.4 / across)  # the edge lies inside
     return press_sphere(lambda r: r**2 / (2 * RADIUS), radius, across, STEEL, Hardening.linear(YIELD))
 
 
@@ -115,9 +110,8 @@ def judge(runs: list[Pressed], approach: float, seconds: float = 0.0) -> Judged:
     of the contact lies a part of an element inside the last node (elastic: right to 0.1 % so): that part is taken for a
     half, and the limit for vanishing elements corrects it; the load is of order 1.5 (1.35 seen where it flows, more
     where it does not)."""
-    first = at_yield()
-    found = [run.at(approach * first.approach, ("load", "carrying")) for run in runs]
-    values = np.array(found) / [first.load, first.area]
+    found = [run.at(approach * FIRST.approach, ("load", "carrying")) for run in runs]
+    values = np.array(found) / [FIRST.load, FIRST.area]
     sizes = [float(run.radius[0]) for run in runs]
     load, area = (limit_of(sizes, list(column), order) for column, order in zip(values.T, (1.5, 1.0)))
     return Judged(load.value, load.doubt, area.value, area.doubt, seconds)
@@ -127,7 +121,7 @@ def table(rows: list[tuple[Indented, Judged]]) -> Table:
     """Area and mean pressure at each approach by the half-space, finite elements and fits."""
     lines = []
     for here, there in rows:
-        fits = [kogut_etsion(here.approach), jackson_green(here.approach, RADIUS, _modulus(), YIELD, STEEL.poisson)]
+        fits = [kogut_etsion(here.approach), jackson_green(here.approach, RADIUS, MODULUS, YIELD, STEEL.poisson)]
         ours, judges = mean_pressure(here.load, here.area), mean_pressure(there.load, there.area)
         bar = judges * float(np.hypot(there.load_bar / there.load, there.area_bar / there.area))
         lines.append(
@@ -145,16 +139,12 @@ def table(rows: list[tuple[Indented, Judged]]) -> Table:
     return Table(head, lines)
 
 
-def _modulus() -> float:
-    return contact_modulus(RIGID, STEEL)
-
-
 def panels(rows: list[tuple[Indented, Judged]]) -> list[Panel]:
     """Area over the elastic one, and mean pressure over the yield stress, over the approach."""
     w, at = np.geomspace(1.0, 110.0, 400), np.array([here.approach for here, _ in rows])
     loads = {
         "Kogut and Etsion (2002), fit": (w, *kogut_etsion(w), "--"),
-        "Jackson and Green (2005), fit": (w, *jackson_green(w, RADIUS, _modulus(), YIELD, STEEL.poisson), "-."),
+        "Jackson and Green (2005), fit": (w, *jackson_green(w, RADIUS, MODULUS, YIELD, STEEL.poisson), "-."),
         "half-space (bem/plastic)": (at, *np.array([(here.load, here.area) for here, _ in rows]).T, "+"),
         "finite elements, limit": (at, *np.array([(there.load, there.area) for _, there in rows]).T, "o"),
     }
@@ -182,8 +172,8 @@ def main(
         found, tick = [indent(w, count, step) for count in sorted(cells)], time.process_time()
         found += [vanishing(found)] if len(found) > 1 else []
         runs = [press(max(here.approach for here in found), count) for count in sorted(across)]
-        spent = time.process_time() - tick
-        rows += [(here, judge(runs, here.approach, spent)) for here in found]
-        typer.echo(f"w = {found[-1].approach:.3g}: {found[-1].seconds:.0f} and {spent:.0f} CPU s", err=True)
+        seconds = time.process_time() - tick
+        rows += [(here, judge(runs, here.approach, seconds)) for here in found]
+        typer.echo(f"w = {found[-1].approach:.3g}: {found[-1].seconds:.0f} and {seconds:.0f} CPU s", err=True)
     title = "A rigid sphere on an elastic, perfectly plastic half-space (Poisson's ratio 0.3)"
     publish("pressed_sphere", out, [table(rows)], panels(rows), title)
