@@ -81,6 +81,16 @@ def _group_equal_rows(rows):
     return order, starts, np.diff(np.append(starts, len(rows)))
 
 
+def find_rows(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """For each of `rows` (n, c) the row of `others` (k, c) of the same numbers in whatever order, or -1 (n,)."""
+    both = np.sort(np.concatenate([rows, others]), axis=1)
+    _, number = np.unique(both, axis=0, return_inverse=True)
+    number = number.ravel()  # NumPy 2.0 alone gives it a second axis
+    position = np.full(number.max(initial=-1) + 1, -1)
+    position[number[len(rows) :]] = np.arange(len(others))
+    return position[number[: len(rows)]]
+
+
 def orient(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Cells (m, 8) with those mirrored whose triple product at the centre is negative, so that all Jacobians are
     positive."""

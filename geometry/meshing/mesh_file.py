@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 from geometry.meshing.conforming import check_conforming, position
 from geometry.meshing.gmsh_fill import gmsh_session
 from geometry.meshing.gmsh_process import in_gmsh_process, reading
-from geometry.meshing.hexmesh import HexMesh, MeshError, boundary_faces
+from geometry.meshing.hexmesh import HexMesh, MeshError, boundary_faces, find_rows
 from geometry.meshing.meshio_file import LINEAR_TETRAHEDRON, SUFFIXES, Group, read_by_meshio
 from geometry.meshing.quality import check_shapes
 from geometry.profiles.formats.raw import LARGEST_MESH, open_file
@@ -192,17 +192,14 @@ def _contact(
     what: str, points: np.ndarray, outer: np.ndarray, body: np.ndarray, quads: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Contact faces (k, 4) as the cells have them, outward, and their bodies (k,)."""
-    rows = np.sort(np.concatenate([outer, quads]), axis=1)
-    _, number = np.unique(rows, axis=0, return_inverse=True)
-    number = number.ravel()
-    inside = ~np.isin(number[len(outer) :], number[: len(outer)])
-    if inside.any():
-        first = quads[np.argmax(inside)]
+    found = find_rows(quads, outer)
+    if (found < 0).any():
+        first = quads[np.argmin(found)]
         raise MeshError(
-            f"{what}: {inside.sum()} face(s) of the contact surface are no outer face of a hexahedron, one at"
+            f"{what}: {(found < 0).sum()} face(s) of the contact surface are no outer face of a hexahedron, one at"
             f" {position(points[first].mean(axis=0))}: leave the faces between cells out of the group"
         )
-    chosen = np.isin(number[: len(outer)], number[len(outer) :])
+    chosen = np.unique(found)
     return outer[chosen], body[chosen].astype(np.int8)
 
 

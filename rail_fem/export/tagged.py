@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry.meshing.hexmesh import boundary_faces
+from geometry.meshing.hexmesh import boundary_faces, find_rows
 from geometry.surfaces.bodies import REGIONS
 from rail_fem.files.sealed import SealError, read_sealed
 from rail_fem.result.fields import MESH, Fields, FieldsError, field_file, read_fields
@@ -59,13 +59,3 @@ def tagged(fields: Fields, surface: np.ndarray, clamp: np.ndarray) -> TaggedFiel
     tags = np.where(touches, contact + body, np.where(held, base + body, 0)).astype(np.int32)
     kept = tags > 0
     return TaggedFields(fields, (fields.region + 1).astype(np.int32), faces[kept], tags[kept], owner[kept])
-
-
-def find_rows(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """For each of `rows` (n, c) the row of `others` (k, c) of the same numbers in whatever order, or -1 (n,)."""
-    both = np.sort(np.concatenate([rows, others]), axis=1)
-    _, number = np.unique(both, axis=0, return_inverse=True)
-    number = number.ravel()  # NumPy 2.0 alone gives it a second axis
-    position = np.full(number.max(initial=-1) + 1, -1)
-    position[number[len(rows) :]] = np.arange(len(others))
-    return position[number[: len(rows)]]

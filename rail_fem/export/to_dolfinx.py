@@ -9,8 +9,9 @@ import numpy as np
 from mpi4py import MPI
 
 from geometry.axes import as_tensor
+from geometry.meshing.hexmesh import find_rows
 from rail_fem.export.files import ExportError
-from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS, TaggedFields, find_rows
+from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS, TaggedFields
 from rail_fem.fe.compat import (
     cell_dofs,
     create_shared_mesh,

@@ -8,8 +8,8 @@ from dolfinx import fem
 
 import rail_fem
 from geometry.axes import as_tensor
-from geometry.meshing.hexmesh import boundary_faces
-from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS, find_rows
+from geometry.meshing.hexmesh import boundary_faces, find_rows
+from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS
 from rail_fem.fe.compat import discontinuous, geometry_dofmap, original_cells
 from rail_fem.fe.domain import VTK_TO_DOLFINX
 from rail_fem.fe.hexahedron import volumes
