@@ -15,6 +15,7 @@ from scipy import sparse
 
 from bem.checks import refuse_unless_positive
 from bem.plane.mesh import BoundaryMesh
+from bem.plane.outline import polygon_moments
 
 MOST_CELLS = 20_000  # of one body: its dense flexibility takes 13 GB
 _SLIVER = 1e-9  # part of a square below which what the boundary leaves of it is round-off
@@ -70,7 +71,7 @@ def fill_with_cells(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]
     for k in np.flatnonzero(near):
         pieces = [_clip(loop, corner[k], side[k]) for loop in loops]
         pieces = [piece for piece in pieces if len(piece) > 2]
-        area = sum((_moments(piece, np.roll(piece, -1))[0] for piece in pieces), 0.0)
+        area = sum((polygon_moments(piece, np.roll(piece, -1))[0] for piece in pieces), 0.0)
         if pieces and area > _SLIVER * side[k] ** 2:
             edges.append((np.concatenate(pieces), np.concatenate([np.roll(piece, -1) for piece in pieces])))
             kept.append(k)
@@ -86,7 +87,7 @@ def fill_with_cells(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]
 def _gather(edges: list[tuple[np.ndarray, np.ndarray]], side: np.ndarray, whole: np.ndarray) -> Cells:
     areas, centres, points, owner_of_point, weights = [], [], [], [], []
     for k, (start, end) in enumerate(edges):
-        area, centre = _moments(start, end)
+        area, centre = polygon_moments(start, end)
         areas.append(area)
         centres.append(centre)
         if whole[k]:
@@ -104,17 +105,6 @@ def _gather(edges: list[tuple[np.ndarray, np.ndarray]], side: np.ndarray, whole:
     centre, place = (np.column_stack([z.real, z.imag]) for z in (np.array(centres), np.concatenate(points)))
     quadrature = place, np.concatenate(owner_of_point), np.concatenate(weights)
     return Cells(start, end, owner, np.array(areas), centre, side, whole, *quadrature)
-
-
-def _moments(start: np.ndarray, end: np.ndarray) -> tuple[float, complex]:
-    """Area and centroid of closed polygons given by their directed edges."""
-    origin = start[0]
-    a, b = start - origin, end - origin
-    double = (a.conj() * b).imag
-    area = double.sum() / 2
-    if area == 0:
-        return 0.0, origin
-    return float(area), origin + ((a + b) * double).sum() / (6 * area)
 
 
 def _quadtree(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

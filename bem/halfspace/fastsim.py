@@ -34,7 +34,7 @@ from bem.creepage import LocalCreepage
 from bem.exact.kalker import CreepageCoefficients
 from bem.exact.kalker_table import coefficients
 from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
-from bem.halfspace.input import check_creepage, check_friction, check_rolling, contact_bounds
+from bem.halfspace.input import check_creepage, check_rolling, contact_bounds, friction_law
 from bem.halfspace.slip_dependent_friction import LEAST, SlipDependentFriction, share_after, sliding_share
 from bem.material import Elastic, Pair
 from bem.patch import ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
@@ -144,9 +144,9 @@ def fastsim(
         raise ContactInputError(f"bound {bound!r}: give 'parabolic' or 'elliptic'")
     check_rolling(direction, initial_slope)
     started = time.perf_counter()
-    law = friction if isinstance(friction, SlipDependentFriction) else SlipDependentFriction.constant(friction)
+    law, notes = friction_law(friction)
     reach = contact_bounds(patch)
-    notes = check_friction(law.static) + check_creepage(creepage, reach)
+    notes += check_creepage(creepage, reach)
     pair = Pair.of(upper, lower)
     solve = lambda grid, pressure: _tractions(grid, pressure, pair, law, creepage, bound, direction, initial_slope)
     traction, slip, stick = solve(patch.grid, patch.pressure)

@@ -11,6 +11,7 @@ import numpy as np
 
 from bem.checks import is_finite
 from bem.creepage import LocalCreepage
+from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import Elastic
 from bem.patch import ContactInputError, Creepage, Grid, Patch, PatchCutError
 
@@ -92,6 +93,14 @@ def contact_bounds(patch: Patch) -> tuple[float, float, float, float]:
         return patch.grid.edges
     x, y = patch.grid.x[patch.contact.any(axis=1)], patch.grid.y[patch.contact.any(axis=0)]
     return float(x[0]), float(x[-1]), float(y[0]), float(y[-1])
+
+
+def friction_law(friction: float | SlipDependentFriction) -> tuple[SlipDependentFriction, tuple[str, ...]]:
+    """A law as it is, of a number Coulomb's; checked as by `check_friction`, with what that warns of."""
+    if isinstance(friction, SlipDependentFriction):
+        return friction, check_friction(friction.static)
+    notes = check_friction(friction)
+    return SlipDependentFriction(friction, friction, decay=np.inf), notes
 
 
 def check_friction(friction: float) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from bem.halfspace.fastsim import (
     sliding_flexibility,
     strip_rates,
 )
-from bem.halfspace.input import check_creepage, check_friction, check_rolling
+from bem.halfspace.input import check_creepage, check_rolling, friction_law
 from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import Elastic, Pair
 from bem.patch import ContactInputError, Creepage, Grid, Patch
@@ -144,8 +144,8 @@ def rolled_ellipses(
     semi, load, creepage = (
         np.asarray(v, float).reshape(-1, *s) for v, s in ((semi, (2,)), (load, ()), (creepage, (3,)))
     )
-    law = friction if isinstance(friction, SlipDependentFriction) else SlipDependentFriction.constant(friction)
-    _check(semi, load, creepage, law, direction, initial_slope)
+    law, _ = friction_law(friction)
+    _check(semi, load, creepage, direction, initial_slope)
     if strips is not None:
         _check_strips(strips, (len(load), cells[1], 3))
     unit = elliptic_patch(1.0, 1.0, 1.0, cells)
@@ -164,7 +164,7 @@ def rolled_ellipses(
     return RolledEllipses(grid, pressure, traction, slip, stick, creepage, area, np.full(len(load), law.static))
 
 
-def _check(semi, load, creepage, law, direction, initial_slope) -> None:
+def _check(semi, load, creepage, direction, initial_slope) -> None:
     check_rolling(direction, initial_slope)
     good = np.isfinite(semi).all(axis=1) & (semi > 0).all(axis=1) & np.isfinite(load) & (load >= 0)
     if not good.all():
@@ -173,7 +173,6 @@ def _check(semi, load, creepage, law, direction, initial_slope) -> None:
             f"ellipse {k + 1} of {len(load)}, {semi[k, 0]!r} x {semi[k, 1]!r} m under {load[k]!r} N: give finite"
             " numbers, axes > 0, load >= 0"
         )
-    check_friction(law.static)
     for (a, b), own in zip(semi, creepage, strict=True):
         check_creepage(Creepage(*map(float, own)), (-a, a, -b, b))
 

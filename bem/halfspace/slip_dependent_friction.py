@@ -56,14 +56,6 @@ class SlipDependentFriction:
             raise ContactInputError(f"friction: memory {self.memory!r} m: give a finite length of 0 or more")
 
     @classmethod
-    def constant(cls, friction: float) -> SlipDependentFriction:
-        """Coulomb's; any number, whose range the solver checks."""
-        law = object.__new__(cls)
-        for name, value in (("static", friction), ("kinetic", friction), ("decay", np.inf), ("memory", 0.0)):
-            object.__setattr__(law, name, value)
-        return law
-
-    @classmethod
     def at_speed(cls, static: float, kinetic: float, decay_speed: float, speed: float) -> SlipDependentFriction:
         """decay_speed : slip velocity over which the difference falls to 1/e [m/s];  speed : of rolling [m/s]."""
         return cls(static, kinetic, decay_speed / abs(speed))

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import fft
 
 from bem.halfspace.influence import backward, forward, padded_shape
-from bem.patch import ContactInputError, Patch
+from bem.patch import ContactInputError, Grid, Patch
 
 
 def _corner_terms(x: np.ndarray, y: np.ndarray, z: float) -> dict[str, np.ndarray]:
@@ -128,36 +128,27 @@ def subsurface_stress(patch: Patch, depths: np.ndarray, poisson: float, body: in
         raise ContactInputError(f"body {body!r}: 1 is above, 2 below")
     if not -1 < poisson <= 0.5:
         raise ContactInputError(f"Poisson's ratio {poisson!r}: must lie above -1 and at most at 0.5")
-    _refuse_curved(patch)
-    spectra, size = _load_spectra(patch, body)
-    return np.stack([_layer(patch, spectra, size, depth, poisson, body) for depth in depths])
-
-
-def _refuse_curved(patch: Patch) -> None:
     if patch.curved:
         raise ContactInputError(
             f"stress below a patch by {patch.method}: it lies along a curved face with a section of its own, and these"
             " are the closed forms of a half-space; take a flat patch (normal_contact), or for the plane"
             " bem.plane.internal"
         )
-
-
-def _load_spectra(patch: Patch, body: int) -> tuple[list[tuple[int, np.ndarray]], tuple[int, int]]:
-    """Spectra of pressure and of the tractions that act on this body."""
-    size = padded_shape(*patch.grid.shape)
-    loads = [(0, forward(patch.pressure, size))]
+    loads = [patch.pressure]
     if patch.traction is not None:
         sign = 1.0 if body == 1 else -1.0
-        loads += [(axis + 1, forward(sign * patch.traction[..., axis], size)) for axis in (0, 1)]
-    return loads, size
+        loads += [sign * patch.traction[..., axis] for axis in (0, 1)]
+    spectra = [forward(load, padded_shape(*patch.grid.shape)) for load in loads]
+    return np.stack([_layer(patch.grid, spectra, depth, poisson, body) for depth in depths])
 
 
-def _layer(patch: Patch, spectra, size: tuple[int, int], depth: float, poisson: float, body: int) -> np.ndarray:
-    grid = patch.grid
-    x_edges, y_edges = offsets(grid.nx, grid.dx), offsets(grid.ny, grid.dy)
+def _layer(grid: Grid, spectra: list[np.ndarray], depth: float, poisson: float, body: int) -> np.ndarray:
+    """(nx, ny, 6) stress at a depth by the spectra of pressure and of the tractions on this body, where there are
+    any."""
+    x_edges, y_edges, size = offsets(grid.nx, grid.dx), offsets(grid.ny, grid.dy), padded_shape(*grid.shape)
     total = sum(
         fft.rfft2(rectangle_stress(load, x_edges, y_edges, depth, poisson), s=size) * spectrum
-        for load, spectrum in spectra
+        for load, spectrum in enumerate(spectra)
     )
     stress = backward(total, grid.shape, size, (grid.nx - 1, grid.ny - 1))
     if body == 2:

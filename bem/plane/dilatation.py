@@ -18,6 +18,7 @@ import numpy as np
 
 from bem.material import Elastic, MaterialError
 from bem.plane.mesh import BoundaryMesh
+from bem.plane.outline import encloses, polygon_moments
 from bem.plane.point_load import InnerLoad
 
 
@@ -57,18 +58,16 @@ def in_holes(mesh: BoundaryMesh) -> tuple[tuple[Dilatation, ...], np.ndarray]:
     """
     centres, means = [], []
     for loop in mesh.loops:
-        start, end = mesh.start[loop], mesh.end[loop]
-        twice = (np.conj(start) * end).imag
-        if twice.sum() > 0:  # the material on its left, inside: the outer boundary
+        area, centre = polygon_moments(mesh.start[loop], mesh.end[loop])
+        if area > 0:  # the material on its left, inside: the outer boundary
             continue
-        area = -twice.sum() / 2
-        centre = ((start + end) * twice).sum() / (3 * twice.sum())
-        if round(np.angle((end - centre) / (start - centre)).sum() / (2 * np.pi)) != -1:
+        at = float(centre.real), float(centre.imag)
+        if not encloses(mesh.vertices[loop], np.array(at)):
             raise MaterialError(
-                f"a hole about ({centre.real:.4g}, {centre.imag:.4g}) m does not hold its own centroid: Poisson's ratio"
+                f"a hole about ({at[0]:.4g}, {at[1]:.4g}) m does not hold its own centroid: Poisson's ratio"
                 " must stay below 0.495 there"
             )
-        centres.append(Dilatation((float(centre.real), float(centre.imag)), float(area / np.pi)))
+        centres.append(Dilatation(at, -area / np.pi))
         mean = np.zeros((2, mesh.densities))
         mine = np.unique(np.r_[mesh.first[loop], mesh.last[loop]])
         mean[:, mine] = (mesh.normals[mine] * mesh.cell_length[mine, None]).T / mesh.cell_length[mine].sum()

@@ -69,7 +69,7 @@ def _crossing_point(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) 
     return a + along * shares.mean()
 
 
-def _encloses(polygon: np.ndarray, point: np.ndarray) -> bool:
+def encloses(polygon: np.ndarray, point: np.ndarray) -> bool:
     """Whether a point (2,) lies within a polygon (n, 2): a ray to the right leaves it an odd number of times."""
     (x, y), (next_x, next_y) = polygon.T, np.roll(polygon, -1, axis=0).T
     passed = (y > point[1]) != (next_y > point[1])
@@ -78,10 +78,15 @@ def _encloses(polygon: np.ndarray, point: np.ndarray) -> bool:
     return bool(np.count_nonzero(passed & right) % 2)
 
 
-def _area(points: np.ndarray) -> float:
-    """Signed area [m^2] of a closed polygon (n, 2), positive anticlockwise."""
-    x, y = (points - points.mean(axis=0)).T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+def polygon_moments(start: np.ndarray, end: np.ndarray) -> tuple[float, complex]:
+    """Area [m^2], positive anticlockwise, and centroid [m] of closed polygons given by directed edges, complex."""
+    origin = start[0]
+    a, b = start - origin, end - origin
+    double = (a.conj() * b).imag
+    area = double.sum() / 2
+    if area == 0:
+        return 0.0, origin
+    return float(area), origin + ((a + b) * double).sum() / (6 * area)
 
 
 def _close(edges: list[Edge], number: int) -> np.ndarray:
@@ -124,7 +129,8 @@ class Outline:
             )
         checked = [[Edge(Curve.through(edge.points).points, edge.name) for edge in loop] for loop in self.loops]
         polygons = [_close(loop, number) for number, loop in enumerate(checked)]
-        areas = np.array([_area(polygon) for polygon in polygons])
+        corners = [polygon[:, 0] + 1j * polygon[:, 1] for polygon in polygons]
+        areas = np.array([polygon_moments(z, np.roll(z, -1))[0] for z in corners])
         for number, (polygon, area) in enumerate(zip(polygons, areas)):
             if len(polygon) < 3 or abs(area) < 1e-9 * np.ptp(polygon, axis=0).max() ** 2:
                 raise OutlineError(f"loop {number} encloses no area ({area:.3g} m^2 from {len(polygon)} points)")
@@ -153,7 +159,7 @@ class Outline:
         """Loops that do not cross must be holes side by side within the outer loop (of an infinite body: side by
         side)."""
         for number, polygon in enumerate(polygons):
-            within = [k for k, other in enumerate(polygons) if k != number and _encloses(other, polygon[0])]
+            within = [k for k, other in enumerate(polygons) if k != number and encloses(other, polygon[0])]
             wanted = [] if number == outer or self.infinite else [outer]
             if within != wanted:
                 where = f"lies within loops {within}" if within else f"lies outside loop {outer}, the largest"

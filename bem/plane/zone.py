@@ -111,8 +111,7 @@ def _estimate_once(
     found = []
     for run in runs(state.pressure > 0):
         around = slice(max(run[0] - 1, 0), run[-1] + 2)
-        step = np.hypot(*np.diff(points[around], axis=0).T)
-        half = max(step.sum() / 2, step.max() / 2)
+        half = np.hypot(*np.diff(points[around], axis=0).T).sum() / 2
         found.append(
             EstimatedPatch(
                 np.vstack([points[run], feet[run]]), half, peak_sharpness(points[around], state.pressure[around], half)

@@ -5,12 +5,12 @@ import pytest
 from numpy.polynomial.legendre import leggauss
 
 from bem.dynamic.body_force import CellForces, cell_tractions, displacement_of_cells, path_forces, stress_of_cells
-from bem.dynamic.cells import CellError, _moments, fill_with_cells
+from bem.dynamic.cells import CellError, fill_with_cells
 from bem.material import STEEL
 from bem.plane.curve import arc
 from bem.plane.kelvin import point_force_displacement, point_force_stress
 from bem.plane.mesh import Sizing, mesh_outline
-from bem.plane.outline import Edge, Outline
+from bem.plane.outline import Edge, Outline, polygon_moments
 
 
 def box(width: float, height: float, size: float):
@@ -147,8 +147,8 @@ def test_an_infinite_body_is_refused():
 def test_a_polygon_without_area_has_its_first_corner_as_centre():
     """A clipped piece may run to and fro along one line; its area is none and its centroid not 0 / 0."""
     there_and_back = np.array([1 + 1j, 2 + 2j, 3 + 3j])
-    area, centre = _moments(there_and_back, np.roll(there_and_back, -1))
+    area, centre = polygon_moments(there_and_back, np.roll(there_and_back, -1))
     assert area == 0.0 and centre == 1 + 1j
     square = np.array([0, 2, 2 + 2j, 2j]) + 5
-    area, centre = _moments(square, np.roll(square, -1))
+    area, centre = polygon_moments(square, np.roll(square, -1))
     assert area == pytest.approx(4.0) and centre == pytest.approx(6 + 1j)
