@@ -88,20 +88,19 @@ NO_JUMPS = JumpRule(longest=0.0)
 
 class Jump(NamedTuple):
     """after : cycles before it;  cycles : jumped;  rate, change : (g, w) growth per cycle of the measures before it and
-    its change;  landed : (g, w) measures behind it;  error : (j,) of those that are judged, found later"""
+    its change;  landed : (g, w) measures behind it"""
 
     after: int
     cycles: int
     rate: np.ndarray
     change: np.ndarray
     landed: np.ndarray
-    error: np.ndarray
 
 
 class CycleHistory(NamedTuple):
     """number : (c,) cycles computed, from 0, the start;  measures : (c, g, w) after each;  error : (c, j) of those
-    that are judged, all jumps so far together;  state : (n,) at the end;  jumps;  computed, refused : cycles computed
-    in all, also behind jumps that were taken back, and the number of those jumps"""
+    that are judged, all jumps so far together;  state : (n,) at the end;  jumps;  computed : cycles computed in all,
+    also behind jumps that were taken back"""
 
     number: np.ndarray
     measures: np.ndarray
@@ -109,7 +108,6 @@ class CycleHistory(NamedTuple):
     state: np.ndarray
     jumps: tuple[Jump, ...]
     computed: int
-    refused: int
 
     def after_each(self) -> tuple[np.ndarray, np.ndarray]:
         """(cycles, g, w) measures and (cycles, j) errors after each cycle, jumps filled by what extrapolated them."""
@@ -179,7 +177,7 @@ class _Run:
         self._cycle, self.cycles, self._measure, self.drifts = cycle, cycles, measure, drifts
         self.rule, self.judged, self._admit = rule, judged, admit
         self.jumps: list[Jump] = []
-        self.computed = self.refused = 0
+        self.computed = 0
         self.bound = np.inf  # on the next jump, by what the last one missed
         first = measure(state)
         none = np.zeros_like(state)
@@ -238,7 +236,7 @@ class _Run:
             state = self._admit(landed)
             window = self.window(state, last.end + length)
         except cannot:
-            self.refused, self.bound = self.refused + 1, length / 3
+            self.bound = length / 3
             return
         found = (window.rate - last.rate) / (window.end - last.end)
         error = _SURE * length * (length + 1) / 2 * self._size(self._measure(found - last.local))
@@ -247,9 +245,8 @@ class _Run:
         share = float((error / self._allowed(length, self._size(rate))).max())
         self.bound = length * min(max(0.8 / np.sqrt(max(share, 1e-300)), 0.3), 3.0)
         if not share <= 1.0:
-            self.refused += 1
             return
-        self.jumps.append(Jump(last.end, length, rate, change, self._measure(state), error))
+        self.jumps.append(Jump(last.end, length, rate, change, self._measure(state)))
         self.keep(window, error)
 
     def _total(self) -> np.ndarray:
@@ -267,10 +264,10 @@ class _Run:
         left = self.cycles - self.number[-1]
         if left > 0:  # at rest: nothing changes any more
             here, zero = self.measures[-1], 0 * self.measures[-1]
-            self.jumps.append(Jump(self.number[-1], left, zero, zero, here, 0 * self.error[-1]))
+            self.jumps.append(Jump(self.number[-1], left, zero, zero, here))
             self.keep(self.last._replace(end=self.cycles, measures=here[None]))
         made = np.array(self.number), np.array(self.measures), np.array(self.error)
-        return CycleHistory(*made, self.last.state, tuple(self.jumps), self.computed, self.refused)
+        return CycleHistory(*made, self.last.state, tuple(self.jumps), self.computed)
 
 
 def _settling(rates: np.ndarray, length: int) -> np.ndarray:

@@ -12,7 +12,6 @@ SHARED = {
     "Cells": "what fills a body in its own room: cuboids, polygons with plastic strain, polygons with inertia; no file"
     " uses two of them",
     "Cost": "the same idea: of one contact (bem), of a run (rail_fem), which sums what its contacts cost",
-    "Increment": "the same step of return mapping with equilibrium, below a half-space and in a plane body",
     "NoEquilibriumError": "the same refusal: a load beyond what the yielding body carries",
     "Trial": "the field's word in both rooms: a plastic step not accepted yet, one design of a search",
 }

@@ -46,11 +46,10 @@ class DynamicsError(ValueError):
 
 @dataclass(frozen=True)
 class Waves:
-    """Speeds [m/s] of an isotropic solid: dilatational, shear, and of a thin bar in plane strain."""
+    """Speeds [m/s] of an isotropic solid, of dilatational and of shear waves."""
 
     dilatational: float
     shear: float
-    bar: float
 
     @classmethod
     def of(cls, material, density: float) -> Waves:
@@ -58,9 +57,7 @@ class Waves:
         refuse_unless_positive(DynamicsError, **{"density [kg/m^3]": density})
         shear, poisson = material.shear, material.poisson
         return cls(
-            float(np.sqrt(2 * shear * (1 - poisson) / (1 - 2 * poisson) / density)),
-            float(np.sqrt(shear / density)),
-            float(np.sqrt(material.plane_modulus / density)),
+            float(np.sqrt(2 * shear * (1 - poisson) / (1 - 2 * poisson) / density)), float(np.sqrt(shear / density))
         )
 
 

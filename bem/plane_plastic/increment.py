@@ -31,13 +31,11 @@ Load = Callable[[np.ndarray, bool], tuple[np.ndarray, Tangent | None]]
 
 @dataclass
 class Increment:
-    """returned : plastic strain of the increment and its tangent; plastic : (3 a,) 2 G e^p at its end [Pa]; strain :
-    (3 a,) 2 G total strain [Pa], both as deviators; residuals : largest mismatch of stress over yield stress, per
-    step."""
+    """returned : plastic strain of the increment and its tangent; plastic : (3 a,) 2 G e^p at its end [Pa], as
+    deviators; residuals : largest mismatch of stress over yield stress, per step."""
 
     returned: Returned
     plastic: np.ndarray
-    strain: np.ndarray
     residuals: list[float]
 
 
@@ -53,21 +51,20 @@ def solve_increment(
     shear, before, state = section.elastic.shear, section.plastic_stress(), section.part()
     scale = np.sqrt(1.5) / section.hardening.first_yield
 
-    def mismatch(d: np.ndarray) -> tuple[Returned, np.ndarray, np.ndarray, float]:
+    def mismatch(d: np.ndarray) -> tuple[Returned, np.ndarray, float]:
         strain = load(before + d, False)[0] + section.matrix @ (before + d)
         returned = radial_return(unflat(strain - before), state, section.hardening, shear)
         residual = d - 2 * shear * flat(returned.increment)
         worst = float(np.sqrt((residual.reshape(3, -1) ** 2).sum(axis=0).max(initial=0.0)))
-        return returned, residual, strain, scale * worst
+        return returned, residual, scale * worst
 
     def change(at, found) -> tuple[np.ndarray]:
-        returned, residual, _, error = found
-        return (_newton_step(section.matrix, load(before + at[0], True)[1], returned, residual, error),)
+        return (_newton_step(section.matrix, load(before + at[0], True)[1], *found),)
 
     begin = np.zeros(len(before)) if start is None else start.copy()
-    (d,), (returned, residual, strain, _), residuals = damped_newton(mismatch, change, (begin,), tolerance, MOST_NEWTON)
+    (d,), (returned, residual, _), residuals = damped_newton(mismatch, change, (begin,), tolerance, MOST_NEWTON)
     _refuse_collapse(section, returned)
-    return Increment(returned, before + d - residual, strain, residuals)
+    return Increment(returned, before + d - residual, residuals)
 
 
 def _refuse_collapse(section: PlasticSection, returned: Returned) -> None:

@@ -111,17 +111,18 @@ class PlasticBody:
             box = self.box
             influence = self.influence(box.cells(self.grid, self.thickness))
             start = before.returned.increment.copy() if before is not None and before.box == box else None
-            found = solve_increment(
+            so_far = influence.products
+            returned, interaction = solve_increment(
                 influence, box.of(deviator) + box.of(self.residual), self.part(box), self.hardening, start, tolerance
             )
-            products += found.products
+            products += influence.products - so_far
             grown = np.zeros(self.state.peeq.shape)
-            grown[: box.layers, box.x, box.y] = np.linalg.norm(found.returned.increment, axis=1)
+            grown[: box.layers, box.x, box.y] = np.linalg.norm(returned.increment, axis=1)
             faint = self.faint * max(float(grown.max()), float(self.state.peeq.max()))
             if (grown > faint).any():
                 self._refuse_at_edge(_ranges(grown > faint))
             if not self._cover(grown > 0) or len(deviator) < self.box.layers:
-                return Trial(box, found.returned, found.interaction, products)
+                return Trial(box, returned, interaction, products)
 
     def part(self, box: Box) -> PlasticState:
         """The state in a box."""

@@ -11,7 +11,6 @@ even without hardening. Only yielding cells take part.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,19 +27,6 @@ class NoEquilibriumError(RuntimeError):
     """A load that the yielding body cannot carry; the message says which load was reached."""
 
 
-@dataclass
-class Increment:
-    """returned : plastic strain of the increment and tangent; deviator : (nz, 5, nx, ny) stress [Pa]; interaction : its
-    part K d by the increment; residuals : largest mismatch of stress over yield stress, per Newton step; products with
-    K."""
-
-    returned: Returned
-    deviator: np.ndarray
-    interaction: np.ndarray
-    residuals: list[float]
-    products: int
-
-
 def solve_increment(
     influence: StressInfluence,
     held: np.ndarray,
@@ -48,13 +34,14 @@ def solve_increment(
     hardening: YieldLaw,
     start: np.ndarray | None = None,
     tolerance: float = 1e-6,
-) -> Increment:
-    """held : (nz, 5, nx, ny) deviator by the load and by the plastic strain so far [Pa]; start : first guess of d.
+) -> tuple[Returned, np.ndarray]:
+    """Plastic strain d of the increment with its tangent, and the stress (nz, 5, nx, ny) K d that it makes [Pa].
 
+    held : (nz, 5, nx, ny) deviator by the load and by the plastic strain so far [Pa];  start : first guess of d
     tolerance : largest mismatch of stress over the first yield stress
     Errors: NoEquilibriumError.
     """
-    shear, before = influence.elastic.shear, influence.products
+    shear = influence.elastic.shear
     scale = np.sqrt(1.5) * 2 * shear / hardening.first_yield
     d = np.zeros_like(held) if start is None else start
 
@@ -68,8 +55,8 @@ def solve_increment(
         return step, influence.deviator(step)
 
     begin = d, influence.deviator(d) if d.any() else np.zeros_like(held)
-    (_, interaction), (returned, *_), residuals = damped_newton(mismatch, change, begin, tolerance, _MOST_NEWTON)
-    return Increment(returned, held + interaction, interaction, residuals, influence.products - before)
+    (_, interaction), (returned, *_), _ = damped_newton(mismatch, change, begin, tolerance, _MOST_NEWTON)
+    return returned, interaction
 
 
 def damped_newton(

@@ -34,7 +34,7 @@ class PrismSection:
 
     def __init__(self, mesh: BoundaryMesh, material: Elastic, held: np.ndarray, targets: np.ndarray) -> None:
         check_memory(3 * mesh.densities, MEMORY_LIMIT)
-        self.mesh, self.material, self.held, self.targets = mesh, material, held, targets
+        self.mesh, self.material, self.held = mesh, material, held
         self._elements = mesh.vertices, mesh.vertices[mesh.following] - mesh.vertices, mesh.first, mesh.last
         self._plane_resultants()
         points = np.vstack([mesh.middles[held], targets])
