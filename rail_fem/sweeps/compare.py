@@ -26,7 +26,8 @@ class CompareError(ValueError):
 class ErrorMeasure:
     """How far a result is from the reference on their common path: `error(result, reference)` relative, NaN where one
     of them does not resolve
-    it. forces : names of the peaks it is about;  reported : its name among rail_fem.result.quantities.REPORTED"""
+    it. forces : names of the peaks it is about;  reported : of what is no force, its name among
+    rail_fem.result.quantities.REPORTED"""
 
     meaning: str
     error: Callable[[PassResult, PassResult], float]
@@ -73,8 +74,8 @@ def forces_on(result: PassResult, path: CommonPath) -> dict[str, Peak]:
     return force_peaks(there, scene.direction_sign, scene.static_wheel_load, leg_end=scene.crossing.leg_end)
 
 
-def of_force(*names: str) -> Callable[[PassResult, PassResult], float]:
-    """Relative difference of a force, both taken on the common path."""
+def of_force(meaning: str, *names: str) -> ErrorMeasure:
+    """Relative difference of the first of these peaks that a result has, both taken on the common path."""
 
     def error(result: PassResult, reference: PassResult) -> float:
         path = common_path(result, reference)
@@ -84,12 +85,7 @@ def of_force(*names: str) -> Callable[[PassResult, PassResult], float]:
         ]
         return values[0] / values[1] - 1
 
-    return error
-
-
-def largest(name: str) -> ErrorMeasure:
-    """Of a largest force by its name."""
-    return ErrorMeasure(FORCES[name], of_force(name), (name,), name)
+    return ErrorMeasure(meaning, error, names)
 
 
 def strain_error(result: PassResult, reference: PassResult) -> float:
@@ -129,11 +125,11 @@ def history_error(result: PassResult, reference: PassResult) -> float:
 
 
 QUANTITIES: dict[str, ErrorMeasure] = {
-    "impact on the wheel": ErrorMeasure("impact on the wheel", of_force(*IMPACT), IMPACT, "impact_on_wheel"),
-    SHARE: ErrorMeasure(f"{SHARE}, its share", of_force(*FIRST_IMPACT), FIRST_IMPACT),
-    "largest force": largest("largest_force"),
-    "largest wing force": largest("largest_force_wing"),
-    "largest nose force": largest("largest_force_nose"),
+    "impact on the wheel": of_force("impact on the wheel", *IMPACT),
+    SHARE: of_force(f"{SHARE}, its share", *FIRST_IMPACT),
+    "largest force": of_force(FORCES["largest_force"], "largest_force"),
+    "largest wing force": of_force(FORCES["largest_force_wing"], "largest_force_wing"),
+    "largest nose force": of_force(FORCES["largest_force_nose"], "largest_force_nose"),
     "history": ErrorMeasure("force history, relative L2", history_error),
     "strain": ErrorMeasure("mean plastic strain of the nose's worst 5 x 5 x 3 mm", strain_error, reported="block_nose"),
 }
@@ -153,9 +149,8 @@ class Comparison:
 
     def _reported(self, quantity: str) -> str:
         """Under what name of REPORTED the reference has it; "" where it has not."""
-        measure = QUANTITIES[quantity]
-        name = measure.reported or next((name for name in measure.forces if name in self.reference.peaks), "")
-        return name if name in REPORTED else ""
+        measure, peaks = QUANTITIES[quantity], self.reference.peaks
+        return measure.reported or next((name for name in measure.forces if name in peaks and name in REPORTED), "")
 
     def bar(self, quantity: str) -> float:
         """The reference's own error bar, relative to its value; 0 where it claims none."""
