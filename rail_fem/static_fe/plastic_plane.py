@@ -24,7 +24,7 @@ _MOST_TURNS = 400
 @dataclass
 class PlasticPlaneStep:
     """Gauss points (p, 2) [m] of the fixed body, triangle by triangle; von Mises stress (p,) [Pa] and plastic strain
-    (p,) there; x, pressure (n,) of the contact [m, Pa]; approach [m]; turns of the iteration."""
+    (p,) there; x, pressure (n,) of the contact [m, Pa]; approach [m]."""
 
     points: np.ndarray
     von_mises: np.ndarray
@@ -32,7 +32,6 @@ class PlasticPlaneStep:
     x: np.ndarray
     pressure: np.ndarray
     approach: float
-    turns: int
 
 
 class PlasticPlaneContact:
@@ -49,7 +48,7 @@ class PlasticPlaneContact:
         pressed, body = self.pressed, self.pressed.below
         twice, limit = 2 * body.elastic.shear, np.sqrt(2 / 3) * body.hardening.first_yield
         mixing, stress = Mixing(depth=10), twice * self.plastic.strain
-        for turn in range(1, _MOST_TURNS + 1):
+        for _ in range(_MOST_TURNS):
             moved = body.displacement(body.force(stress)[:, None])[:, 0]
             pressure, approach = pressed.solve(load, moved)
             answer = body.respond(pressed.yielded @ pressure + moved, self.plastic)
@@ -58,7 +57,7 @@ class PlasticPlaneContact:
                 self.plastic = answer.plastic
                 step = PlasticPlaneStep(
                     body.points.reshape(-1, 2), equivalent_stress(answer.stress).ravel(), answer.plastic.peeq.ravel(),
-                    pressed.x, pressure, approach, turn,
+                    pressed.x, pressure, approach,
                 )  # fmt: skip
                 self.steps.append(step)
                 return step

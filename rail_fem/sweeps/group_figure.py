@@ -3,7 +3,6 @@ legend."""
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -184,24 +183,13 @@ def what_differs(results: Mapping[str, Mapping[str, PassResult]]) -> list[str]:
     ]
 
 
-class SceneFacts(NamedTuple):
-    """What the cases of a sweep may differ in, in words."""
-
-    speed: str
-    direction: str
-    load: str
-    wheel: str
-    foundation: str
-    steels: str
-
-
-def scene_facts(scene: Scene) -> SceneFacts:
-    """The facts of one scene."""
+def scene_facts(scene: Scene) -> tuple[str, str, str, str, str, str]:
+    """What the cases of a sweep may differ in: speed, direction, load, wheel, foundation, steels in words."""
     wing, nose = (
         m.grade if m.strength == 1 else f"{m.grade} x{m.strength:.0%}"
         for m in (scene.materials.wing, scene.materials.nose)
     )
-    return SceneFacts(
+    return (
         show(scene.speed, "mph", 3),
         scene.direction,
         show(scene.static_wheel_load, "kN", 3),

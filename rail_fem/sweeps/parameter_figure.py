@@ -32,7 +32,6 @@ class Line:
     """A line of the figure: rows of one model and of one value of each other key that varies."""
 
     model: str
-    others: tuple[str, ...]
     rows: list[dict[str, Any]]
     words: str
     kind: int  # of the lines of its model
@@ -114,7 +113,7 @@ def lines_of(rows: list[dict[str, Any]], others: list[str], column: str) -> list
         told = (row["model"], *(str(row[name]) for name in others))
         if told not in lines:
             kind = sum(line.model == row["model"] for line in lines.values())
-            lines[told] = Line(row["model"], told[1:], [], _words(row, others, column), kind)
+            lines[told] = Line(row["model"], [], _words(row, others, column), kind)
         lines[told].rows.append(row)
     return list(lines.values())
 
