@@ -73,14 +73,10 @@ class RollingPoint:
         return SIDES[self.side] * self.patch.grid.y
 
 
-def roll(
-    search: ContactSearch, state: LoadedWheelset, rolling: Rolling, spin: float | None = None
-) -> tuple[RollingPoint, ...]:
-    """All carrying points of a wheelset at rest, rolling at its speed. spin : of the axle [rad/s]; None: free."""
+def roll(search: ContactSearch, state: LoadedWheelset, rolling: Rolling) -> tuple[RollingPoint, ...]:
+    """All carrying points of a wheelset at rest, rolling freely at its speed."""
     sides = [side for side in (state.left, state.right) if len(side.contacts)]
-    if spin is None:
-        spin = free_spin(state, sides, rolling)
-    motion = Motion(rolling.speed, spin=spin)
+    motion = Motion(rolling.speed, spin=free_spin(state, sides, rolling))
     points = []
     for side in sides:
         for k, creepage in enumerate(side_creepages(state, side, motion)):
