@@ -1,11 +1,12 @@
 """What drives a crossing's wear: elasticities of the volume worn off to what the case says."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.crossing import pass_contacts, patch_options
-from rail_fem.damage.traffic import Sensitivity, elasticity
 from rail_fem.damage.wear import laws_of, worn_area
 from rail_fem.hierarchy import solve
 from rail_fem.scene.scene import Scene
@@ -24,6 +25,27 @@ DRIVERS: dict[str, tuple[Callable[[Scene], float], Callable[[Scene, float], Scen
         lambda scene, value: scene.replace_si(foundation={"stiffness": value}),
     ),
 }
+
+
+class Sensitivity(NamedTuple):
+    """First order: elasticity d ln(damage) / d ln(parameter) by a central difference, and what twice the step gives:
+    its error."""
+
+    name: str
+    base: float
+    elasticity: float
+    error: float
+
+
+def elasticity(name: str, base: float, damage_at) -> Sensitivity:
+    """Of damage_at(parameter) at `base`, by central differences of 5 and 10 %; NaN where there is none on a side."""
+
+    def slope(h: float) -> float:
+        low, high = damage_at(base * (1 - h)), damage_at(base * (1 + h))
+        return float(np.log(high / low) / np.log((1 + h) / (1 - h))) if low > 0 and high > 0 else np.nan
+
+    fine, coarse = slope(0.05), slope(0.1)
+    return Sensitivity(name, base, fine, abs(fine - coarse))
 
 
 def volume(scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None) -> float:

@@ -204,8 +204,7 @@ def _study(case, settings, folder, goes_on, identity, progress, say, workers: Wo
     if settings.fleet is not None:
         found["fleet"] = fleet_life(settings, state, after)
     if crossing and settings.sensitivities:
-        drivers = sensitivities(case.scene, settings, run)
-        found["sensitivities"] = [[s.name, s.base, s.elasticity, s.error] for s in drivers]
+        found["sensitivities"] = sensitivities(case.scene, settings, run)
         found["wheel_ratios"] = wheel_ratios(case.scene, settings, run)
     if not crossing:
         for name, line in (("before", state.first), ("after", state.worn)):

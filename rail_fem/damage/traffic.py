@@ -1,4 +1,4 @@
-"""Traffic and maintenance: equivalent tonnage, inspection, time to a limit, grinding and welding, sensitivities."""
+"""Traffic and maintenance: equivalent tonnage, inspection, time to a limit, grinding and welding."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -92,25 +92,3 @@ def life(
             if depth >= depth_limit:
                 return Life(f"depth, by {event.name}", float(now))
     return Life("", float(horizon))
-
-
-@dataclass(frozen=True)
-class Sensitivity:
-    """First order: elasticity d ln(damage) / d ln(parameter) by a central difference, and what twice the step gives:
-    its error."""
-
-    name: str
-    elasticity: float
-    error: float
-    base: float
-
-
-def elasticity(name: str, base: float, damage_at) -> Sensitivity:
-    """Of damage_at(parameter) at `base`, by central differences of 5 and 10 %; NaN where there is none on a side."""
-
-    def slope(h: float) -> float:
-        low, high = damage_at(base * (1 - h)), damage_at(base * (1 + h))
-        return float(np.log(high / low) / np.log((1 + h) / (1 - h))) if low > 0 and high > 0 else np.nan
-
-    fine, coarse = slope(0.05), slope(0.1)
-    return Sensitivity(name, fine, abs(fine - coarse), base)

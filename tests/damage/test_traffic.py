@@ -5,9 +5,10 @@ import pytest
 
 from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
+from rail_fem.damage.drivers import elasticity
 from rail_fem.damage.report import _traffic
 from rail_fem.damage.sites import tonnage_of
-from rail_fem.damage.traffic import WELD, Event, elasticity, equivalent_tonnage, life, time_in_words
+from rail_fem.damage.traffic import WELD, Event, equivalent_tonnage, life, time_in_words
 
 
 def test_equivalent_tonnage_is_the_formulas():
