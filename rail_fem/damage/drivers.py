@@ -12,6 +12,8 @@ from rail_fem.hierarchy import solve
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings
 
+SHAPES = ("P8", "P8-worn", "P8-hollow")
+CELLS = 20  # of a patch, each way, at most
 # name -> value of a scene, and the scene with another one
 DRIVERS: dict[str, tuple[Callable[[Scene], float], Callable[[Scene, float], Scene]]] = {
     "speed": (lambda scene: scene.speed, lambda scene, value: scene.replace_si(speed=value)),
@@ -50,21 +52,17 @@ def elasticity(name: str, base: float, damage_at) -> Sensitivity:
 
 def volume(scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None) -> float:
     """Worn off the nose by one pass of the scene's wheel [m3]."""
-    result = solve("rigid_hertz", scene, run)
+    result, settings = solve("rigid_hertz", scene, run), settings.replace(cells=min(settings.cells, CELLS))
     contacts = pass_contacts(result, settings.patch_spacing, options=patch_options(scene, settings))
     areas = worn_area(laws_of(settings)[settings.law], contacts.patches, contacts.speed)
     return float(areas[contacts.body == BODIES.index("nose")].sum()) * settings.patch_spacing
 
 
-SHAPES = ("P8", "P8-worn", "P8-hollow")
-
-
 def wheel_ratios(scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None) -> dict[str, float]:
     """Volume worn off the nose by one pass of each wheel shape of the scene's radius, over that of the scene's own."""
-    coarse = settings.replace(cells=min(settings.cells, 20))
-    own = volume(scene, coarse, run)
+    own = volume(scene, settings, run)
     return {
-        shape: volume(scene.replace(wheel={"profile": shape}), coarse, run) / own if own > 0 else float("nan")
+        shape: volume(scene.replace(wheel={"profile": shape}), settings, run) / own if own > 0 else float("nan")
         for shape in SHAPES
     }
 
@@ -72,8 +70,7 @@ def wheel_ratios(scene: Scene, settings: DamageSettings, run: Mapping[str, Any] 
 def sensitivities(scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None) -> tuple[Sensitivity, ...]:
     """d ln(volume) / d ln(parameter) of each driver, by central differences of 5 and 10 %; errors are their
     difference. A law that jumps from regime to regime has large ones."""
-    coarse = settings.replace(cells=min(settings.cells, 20))
     return tuple(
-        elasticity(name, read(scene), lambda value, change=change: volume(change(scene, value), coarse, run))
+        elasticity(name, read(scene), lambda value, change=change: volume(change(scene, value), settings, run))
         for name, (read, change) in DRIVERS.items()
     )
