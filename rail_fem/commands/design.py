@@ -98,12 +98,9 @@ def design(
                 found = search(problem, out, by, say, None, earlier)
                 say("\n" + write_report(problem, found, out).rstrip())
                 return
-            runs = []
-            for proof in search_and_prove(
-                problem, out, prove, rounds, by, changes, finer or (), ranks, say, tell, earlier
-            ):
-                runs = proof.runs
-                say("\n" + write_report(problem, proof.found, out).rstrip())
+            proofs = search_and_prove(problem, out, prove, rounds, by, changes, finer or (), ranks, say, tell, earlier)
+            for found, runs in proofs:
+                say("\n" + write_report(problem, found, out).rstrip())
                 say("\n" + write_proof(problem, runs, out).rstrip())
     except Lost as error:
         stop(f"a task of the search is lost: {error}: start again, it goes on where it was", RUN_FAILED)

@@ -43,10 +43,9 @@ class SubsurfaceSteel:
 
 @dataclass(frozen=True)
 class SubsurfaceFatigue:
-    """depth (d,), y (n,) [m];  dang_van (d, n) equivalent stress [Pa];  jiang (d, n) FP [Pa];  limit [Pa]"""
+    """depth (d,) [m];  dang_van (d, n) equivalent stress [Pa];  jiang (d, n) FP [Pa];  limit [Pa]"""
 
     depth: np.ndarray
-    y: np.ndarray
     dang_van: np.ndarray
     jiang: np.ndarray
     limit: float
@@ -80,7 +79,7 @@ def subsurface_fatigue(
     path[..., :3] += steel.hydrostatic
     dang_van, jiang = np.empty(path.shape[:2]), np.empty(path.shape[:2])
     _criteria(path, steel.dang_van, steel.jiang, steel.young, steel.poisson, plane_normals(), dang_van, jiang)
-    return SubsurfaceFatigue(depth, patch.grid.y[kept], dang_van, jiang, steel.limit)
+    return SubsurfaceFatigue(depth, dang_van, jiang, steel.limit)
 
 
 def _lengthened(patch: Patch) -> Patch:

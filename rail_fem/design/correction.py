@@ -117,15 +117,6 @@ def _between(points: np.ndarray, known: np.ndarray, at: np.ndarray, without: flo
     return found
 
 
-@dataclass(frozen=True)
-class ProvenSearch:
-    """found : of the last search, its best the one of least score by the explicit model among those proven so far;
-    runs : all proofs so far, the start's first"""
-
-    found: Found
-    runs: list[ProofRun]
-
-
 def search_and_prove(
     problem: Problem,
     out: Path,
@@ -138,11 +129,10 @@ def search_and_prove(
     say: Callable[[str], None] = print,
     tell: Callable[[str], None] = print,
     earlier: Sequence[Trial] = (),
-) -> Iterator[ProvenSearch]:
-    """One a round, `finer` in the last. The trials of a round belong to the next, whose search begins with the best of
-    them as corrected.
-
-    """
+) -> Iterator[tuple[Found, list[ProofRun]]]:
+    """Of each round what its search found, its best the one of least score by the explicit model among those proven so
+    far, and all proofs so far, the start's first; `finer` in the last. The trials of a round belong to the next, whose
+    search begins with the best of them as corrected."""
     trials = earlier
     correct: Correct | None = None
     runs: list[ProofRun] = []
@@ -153,7 +143,7 @@ def search_and_prove(
         known = {run.shape.name for run in runs}
         runs = runs + [run for run in own if run.shape.name not in known]
         trials, correct = found.trials, partial(learned(problem, runs).of, problem)
-        yield ProvenSearch(_with_proven_best(problem, found, runs), runs)
+        yield _with_proven_best(problem, found, runs), runs
 
 
 def _with_proven_best(problem: Problem, found: Found, runs: list[ProofRun]) -> Found:

@@ -89,12 +89,12 @@ def rounds(tmp_path, monkeypatch):
 
 def test_rounds_come_nearer_to_the_explicit_model_s_own_best(rounds):
     problem, run = rounds
-    first, _, last = run(3)
+    (first, few), _, (last, every) = run(3)
     best = min(true(x) for x in np.linspace(-1, 2, 3001))
-    proven = [run.result.peaks["impact_on_wheel"].value / 1e3 for run in last.runs]
-    assert abs(first.found.best.values[0] - 1.6) < 0.05  # the light model's own
+    proven = [run.result.peaks["impact_on_wheel"].value / 1e3 for run in every]
+    assert abs(first.best.values[0] - 1.6) < 0.05  # the light model's own
     assert min(proven) - best < 0.2 * (proven[1] - best)  # a fifth of what the first proof was off
-    assert last.found.best.corrected is not None and len(last.runs) > len(first.runs)
+    assert last.best.corrected is not None and len(every) > len(few)
 
 
 def test_rounds_go_on_where_they_were(rounds, tmp_path):
@@ -103,7 +103,7 @@ def test_rounds_go_on_where_they_were(rounds, tmp_path):
     text = (tmp_path / "out" / "trials.csv").read_text()
     again = run(2)
     assert (tmp_path / "out" / "trials.csv").read_text() == text
-    assert again[-1].found.best.values == whole[-1].found.best.values
+    assert again[-1][0].best.values == whole[-1][0].best.values
 
 
 def test_the_proof_ranks_shapes_by_the_explicit_model(tmp_path):
