@@ -1,7 +1,9 @@
-"""Plastic strain, residual stress and change of the running surface of a result in words."""
+"""Reported quantities of a result with their bars, in words; plastic strain, residual stress and change of the running
+surface."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,20 +19,37 @@ def amount(value: float, unit: str, digits: int = 4) -> str:
     return "not resolved" if math.isnan(value) else engineering(value, unit, digits)
 
 
-def with_bar(result: PassResult, name: str) -> str:
-    """A reported quantity with its error bar, where the run claims one."""
-    quantity = REPORTED[name]
-    value, bar = quantity.of(result), result.error_bars.get(name, math.nan)
-    digits = digits_beside(result, name, value)
-    if math.isnan(value) or math.isnan(bar):
-        return amount(value, quantity.unit, digits)
-    return f"{amount(value, quantity.unit, digits)} +- {amount(bar, quantity.unit, 2)}"
+class Headline(NamedTuple):
+    """A number that a result stands for, in words: its value, half widths of its bars of elements and of form, "" where
+    none is claimed, and where it is."""
+
+    name: str
+    value: str
+    elements: str
+    form: str
+    where: str
+
+    @property
+    def with_bar(self) -> str:
+        """The value, and behind it the bar of elements where there is one."""
+        return f"{self.value} +- {self.elements}" if self.elements else self.value
 
 
-def digits_beside(result: PassResult, name: str, value: float) -> int:
+def told(result: PassResult, words: str, name: str, value: float, unit: str, where: str = "") -> Headline:
+    """A value under the name of a reported quantity, whose bars it has."""
+    bars = [result.error_bars.get(name, math.nan), result.form_bar(name)]
+    elements, form = (amount(bar, unit, 2) if np.isfinite([value, bar]).all() else "" for bar in bars)
+    return Headline(words, amount(value, unit, _digits_beside(value, bars)), elements, form, where)
+
+
+def reported(result: PassResult, name: str, words: str = "") -> Headline:
+    """A reported quantity."""
+    return told(result, words, name, REPORTED[name].of(result), REPORTED[name].unit)
+
+
+def _digits_beside(value: float, bars: Iterable[float]) -> int:
     """Of a number beside its bars, which have two: the widest bar's last place is the number's."""
-    bars = (abs(bar) for bar in (result.error_bars.get(name, math.nan), result.form_bar(name)))
-    widest = max((bar for bar in bars if np.isfinite(bar)), default=0.0)
+    widest = max((abs(bar) for bar in bars if np.isfinite(bar)), default=0.0)
     if not widest or not value or math.isnan(value):
         return MOST_DIGITS
     places = math.floor(math.log10(abs(value))) - math.floor(math.log10(widest)) + 2
@@ -48,10 +67,10 @@ def metal_rows(result: PassResult) -> list[tuple[str, str, str]]:
     for body, left in result.metal.items():
         volume = left["size"] ** 3
         for name, words in STRAIN.items():
-            form = result.form_bar(f"{name}_{body}")
-            remark = [f"form +- {amount(form, REPORTED[f'{name}_{body}'].unit, 2)}"] if np.isfinite(form) else []
+            one = reported(result, f"{name}_{body}", f"{body}: {words}")
+            remark = [f"form +- {one.form}"] if one.form else []
             remark += [f"of one element of {1e9 * volume:.2g} mm3"] if volume > WORST.get(name, np.inf) else []
-            rows.append((f"{body}: {words}", with_bar(result, f"{name}_{body}"), ", ".join(remark)))
+            rows.append((one.name, one.with_bar, ", ".join(remark)))
         rows.append((f"{body}: largest plastic strain of an element", *_maximum(left)))
         rows += _stress(body, left) + _surface(body, left)
     return rows

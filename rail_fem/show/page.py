@@ -24,9 +24,9 @@ from rail_fem.result.result import PassResult, load
 from rail_fem.result.trust import GOOD
 from rail_fem.show.fields import read_crossing
 from rail_fem.show.figures import STRAIN, draw_run, titles
-from rail_fem.show.metal import metal_rows
+from rail_fem.show.metal import Headline, metal_rows
 from rail_fem.show.page_charts import Chart, NamedResult, any_history, heights, strain_surface
-from rail_fem.show.report import Headline, cost_rows, flight_rows, form_table, headlines, state
+from rail_fem.show.report import cost_rows, flight_rows, form_table, headlines, state
 from rail_fem.show.style import scene_words
 
 PAGE = "page.html"  # in the folder of a run

@@ -3,7 +3,6 @@
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from rail_fem.result.quantities import FORCES, REPORTED, impact_pressure
 from rail_fem.result.result import Cost, PassResult, load
 from rail_fem.scene.crossing import JOINT
 from rail_fem.scene.units import engineering, show
-from rail_fem.show.metal import MOST_DIGITS, amount, digits_beside, metal_rows
+from rail_fem.show.metal import MOST_DIGITS, Headline, metal_rows, told
 from rail_fem.show.passes import passes_rows
 
 MOST_FLIGHTS = 5  # that are told
@@ -31,17 +30,6 @@ def row(name: str, value: str, text: str = "") -> str:
     return f"  {name:<33} {value:<17} {text}".rstrip()
 
 
-class Headline(NamedTuple):
-    """A number that a result stands for, in words: its value, half widths of its bars of elements and of form, "" where
-    none is claimed, and where it is."""
-
-    name: str
-    value: str
-    elements: str
-    form: str
-    where: str
-
-
 def headlines(result: PassResult) -> list[Headline]:
     """Impacts, largest forces and other peaks; forces low-passed; transfer; mean pressure at the first impact."""
     shown, found = COLUMNS["x"].unit, []
@@ -51,8 +39,8 @@ def headlines(result: PassResult) -> list[Headline]:
             f"y = {show(peak.y, shown, 4)}" if np.isfinite(peak.y) else "",
             f"in an element of {show(peak.size, shown, 2)}" if np.isfinite(peak.size) else "",
         )
-        told = ", ".join(filter(None, where)) if peak.value else ""  # nothing has flowed nowhere
-        found.append(_with_bars(result, name, name, peak.value, peak.unit, told))
+        place = ", ".join(filter(None, where)) if peak.value else ""  # nothing has flowed nowhere
+        found.append(told(result, name, name, peak.value, peak.unit, place))
     for cutoff in CUTOFFS:
         if (low := filtered_peak(result, cutoff)) is not None:
             force, at = engineering(low.value, "N", MOST_DIGITS), f"at x = {show(low.x, shown, 4)}"
@@ -60,26 +48,18 @@ def headlines(result: PassResult) -> list[Headline]:
     crossing = result.scene.crossing
     if crossing.family != JOINT:
         words = crossing.told(f"transfer from {way_over(result.scene.direction_sign)}")
-        transfer = _with_bars(result, words, "transfer_x", result.transfer_x, "m", "")
+        transfer = told(result, words, "transfer_x", result.transfer_x, "m")
         missing = "none" if np.isfinite(result.history["force_nose"]).any() else "not resolved"
         found.append(transfer._replace(value=missing if np.isnan(result.transfer_x) else f"x = {transfer.value}"))
     if not np.isnan(pressure := impact_pressure(result)):
         words, where_it_is = "mean pressure at the first impact", "of contact, weighted by force"
-        found.append(_with_bars(result, words, "impact_pressure", pressure, "Pa", where_it_is))
+        found.append(told(result, words, "impact_pressure", pressure, "Pa", where_it_is))
     return found
-
-
-def _with_bars(result: PassResult, words: str, name: str, value: float, unit: str, where: str) -> Headline:
-    """A value of a reported quantity in words, with its bars of elements and of form."""
-    known = lambda bar: amount(bar, unit, 2) if np.isfinite(bar) else ""
-    bars = known(result.error_bars.get(name, np.nan)), known(result.form_bar(name))
-    return Headline(words, amount(value, unit, digits_beside(result, name, value)), *bars, where)
 
 
 def _headline(one: Headline) -> str:
     """As a line of the terminal."""
-    value = f"{one.value} +- {one.elements}" if one.elements else one.value
-    return row(one.name, value, (f"form +- {one.form} " if one.form else "") + one.where)
+    return row(one.name, one.with_bar, (f"form +- {one.form} " if one.form else "") + one.where)
 
 
 def state(result: PassResult) -> str:

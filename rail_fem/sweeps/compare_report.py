@@ -9,7 +9,7 @@ import numpy as np
 from rail_fem.files.markdown import markdown_table
 from rail_fem.result.quantities import BODIES
 from rail_fem.result.result import PassResult
-from rail_fem.show.metal import with_bar
+from rail_fem.show.metal import reported
 from rail_fem.sweeps.compare import IMPACT, QUANTITIES, Comparison, accident, common_path, core_seconds, forces_on, peak
 
 SHOWN = {"block": "worst 5 x 5 x 3 mm", "worst_1000": "worst 1000 mm3", "integral": "integral over the volume"}
@@ -73,7 +73,7 @@ def strain_table(comparison: Comparison) -> str:
 def _value(comparison: Comparison, result: PassResult, part: str, quantity: str) -> str:
     if part not in result.metal:
         return _missing(result, part)
-    shown = with_bar(result, f"{quantity}_{part}")
+    shown = reported(result, f"{quantity}_{part}").with_bar
     path, x = common_path(result, comparison.reference), result.metal[part]["block"][0]
     return shown if quantity == "integral" or path.holds(x) else f"({shown})"
 
