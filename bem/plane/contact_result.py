@@ -63,11 +63,6 @@ class ContactResult:
     def _sign(self) -> int:
         return 1 if self.carrier == "moving" else -1
 
-    @property
-    def arc(self) -> np.ndarray:
-        """Running length (n,) [m] along the nodes."""
-        return np.r_[0.0, np.cumsum(np.hypot(*np.diff(self.interface.points, axis=0).T))]
-
     def force(self, step: int = -1) -> np.ndarray:
         """Force (x, y) [N/m] and moment about the origin [N] of the contact on the moving body."""
         state = self.steps[step]

@@ -147,7 +147,7 @@ def _two_axes(matrix: np.ndarray) -> np.ndarray:
     return np.block([[matrix, zero], [zero, matrix]])
 
 
-def _own_cells(mesh: BoundaryMesh, nodes: np.ndarray) -> np.ndarray:
+def own_cells(mesh: BoundaryMesh, nodes: np.ndarray) -> np.ndarray:
     """Cell forces (N, n) of unit tractions at nodes on their own mesh."""
     column = mesh.places(nodes)
     matrix = np.zeros((mesh.densities, len(nodes)))
@@ -238,7 +238,7 @@ def pair(
         )
     nodes = candidates[chosen]
     opposite = begin[feet.segment] + feet.fraction[:, None] * (end - begin)[feet.segment]
-    on_slave = _own_cells(slave, nodes)
+    on_slave = own_cells(slave, nodes)
     on_master = _transfer(slave, nodes, chain, _element_feet(slave, nodes, chain, begin, end, reach))
     facing = normals[chosen], on_slave.sum(axis=0), gap[chosen], opposite[chosen]
     return Interface(nodes, slave.middles[nodes], *facing, _two_axes(on_slave), _two_axes(on_master))

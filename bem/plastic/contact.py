@@ -52,8 +52,6 @@ class IndentationStep:
     stress: np.ndarray
     residual: np.ndarray
     surface: np.ndarray
-    turns: int = 0
-    products: int = 0
     warnings: tuple[str, ...] = ()
 
 
@@ -147,7 +145,7 @@ class PlasticHalfSpace:
         residual = stress_of(self.body.residual, self.body.mean_residual())
         return IndentationStep(
             patch, self.depths, self.body.state.copy(), stress_of(deviator, mean) + residual, residual,
-            self.body.surface.copy(), agreed.turns, agreed.products,
+            self.body.surface.copy(),
             strain_warnings(self.body)
             + pressure_warnings(self.pressure_ratio(agreed.solution.pressure))
             + peak_warnings(agreed.solution.pressure)

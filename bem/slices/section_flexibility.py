@@ -27,7 +27,7 @@ from bem.plane.body import Body
 from bem.plane.kelvin import displacement_integrals
 from bem.plane.mesh import BoundaryMesh, Sizing, Zone, mesh_outline
 from bem.plane.outline import OutlineError
-from bem.plane.pairing import _own_cells
+from bem.plane.pairing import own_cells
 from bem.slices.prism import PrismSection
 from bem.slices.prism_kernel import bessel_remainders_of
 
@@ -111,7 +111,7 @@ def body_flexibility(
         held[mesh.of_edge(body.held)] = True
     section = PrismSection(mesh, body.material, held, mesh.middles[nodes])
     wavenumbers = _wavenumbers(np.ptp(mesh.vertices, axis=0).max(), size, length)
-    own, normals = _own_cells(mesh, nodes), mesh.normals[nodes]
+    own, normals = own_cells(mesh, nodes), mesh.normals[nodes]
     forces = np.vstack([-own * normals[:, 0], -own * normals[:, 1], np.zeros_like(own)])
     mass = own.sum(axis=0)
     flat = _Straightened(mesh, nodes)
