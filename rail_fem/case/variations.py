@@ -20,7 +20,7 @@ from rail_fem.case.casetext import CaseTextError, check_size
 from rail_fem.hierarchy import MODELS
 from rail_fem.scene.input_errors import quantity_of, suggest, table_of
 from rail_fem.scene.scene import Scene
-from rail_fem.scene.units import QuantityError, typed
+from rail_fem.scene.units import Quantity, QuantityError, typed
 
 MOST_CASES = 10_000
 LONGEST_NAME = 120  # characters of a folder
@@ -96,7 +96,7 @@ def read_variation(text: str) -> tuple[str, list[Any]]:
         )
     if not is_series(values):
         return key, [plain_value(value.strip()) for value in values.split(",") if value.strip()]
-    quantity = quantity_of(field_of(key))
+    quantity = quantity_at(key)
     if quantity is None:
         raise VariationError(f"--vary {key}: is no physical quantity, give its values: {key}=A,B,C")
     try:
@@ -119,6 +119,11 @@ def field_of(key: str) -> FieldInfo:
     if names[-1] not in section.model_fields or section.model_fields[names[-1]].exclude:
         raise VariationError(f"{key}: unknown key{suggest(names[-1], section.model_fields)}")
     return section.model_fields[names[-1]]
+
+
+def quantity_at(key: str) -> Quantity | None:
+    """The physical quantity of such a key, None where it is none. Errors: as field_of."""
+    return quantity_of(field_of(key))
 
 
 def value_of(case: Case, key: str) -> Any:

@@ -111,11 +111,10 @@ def _beside(folder: Path, record: Path, cutoffs: list[str] | None, reach: str | 
 
 def _other_value(scene: "Scene", key: str, value: str) -> str:
     """What a scene has under this key, "" where it is this value. Errors: VariationError, QuantityError."""
-    from rail_fem.case.variations import field_of
-    from rail_fem.scene.input_errors import quantity_of
+    from rail_fem.case.variations import quantity_at
     from rail_fem.scene.units import QuantityError, in_digits, si_factor
 
-    quantity, held = quantity_of(field_of(key)), functools.reduce(getattr, key.split(".")[1:], scene)
+    quantity, held = quantity_at(key), functools.reduce(getattr, key.split(".")[1:], scene)
     if quantity is None or not isinstance(held, float):
         raise QuantityError(f"{key}: is no physical quantity of this run, no note: leave it out")
     same = math.isclose(quantity.read(value), held, rel_tol=1e-6)

@@ -9,7 +9,7 @@ import numpy as np
 
 from bem.patch import Patch
 from geometry.surfaces.switch import Switch
-from rail_fem.case.variations import field_of
+from rail_fem.case.variations import quantity_at
 from rail_fem.damage.crossing import friction_of
 from rail_fem.damage.crossing_site import CrossingPass, CrossingSite
 from rail_fem.damage.evolution import LEAST_SHARE, Stepping
@@ -22,7 +22,6 @@ from rail_fem.damage.turning import wheels_between, wheels_on_line, worn_on_line
 from rail_fem.damage.wear import laws_of
 from rail_fem.processes.pool import Pool
 from rail_fem.scene.base import InputError
-from rail_fem.scene.input_errors import quantity_of
 from rail_fem.scene.scene import Scene, Wheel
 from rail_fem.settings.damage import DamageFleet, DamageSettings, Traffic
 from rail_fem.settings.light import RigidHertzSettings
@@ -101,7 +100,7 @@ def wheels_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, floa
 def drawn_traffic(scene: Scene, fleet: DamageFleet) -> tuple[tuple[Scene, float], ...]:
     """As `traffic_of` of a fleet. Errors: ValueError with the key that cannot be drawn."""
     made = []
-    for number, changes in enumerate(fleet.drawn(fleet.kinds, lambda key: quantity_of(field_of(key))), 1):
+    for number, changes in enumerate(fleet.drawn(fleet.kinds, quantity_at), 1):
         tables: dict[str, Any] = {}
         for key, value in changes.items():
             *names, last = key.split(".")[1:]

@@ -62,7 +62,7 @@ from pydantic import Field, model_validator
 
 from rail_fem.case.casefile import Case, load_case
 from rail_fem.case.casetext import located, read_as
-from rail_fem.case.variations import VariationError, field_of, value_of
+from rail_fem.case.variations import VariationError, field_of, quantity_at, value_of
 from rail_fem.design.observations import FactGroup, read_facts
 from rail_fem.design.record_facts import RecordFact
 from rail_fem.hierarchy import MODELS, solve
@@ -70,7 +70,7 @@ from rail_fem.measurement.record import RecordError, read_record
 from rail_fem.measurement.trace import Trace, trace_of
 from rail_fem.result.quantities import two_now
 from rail_fem.scene.base import Count, Frozen
-from rail_fem.scene.input_errors import meaning, quantity_of, suggest
+from rail_fem.scene.input_errors import meaning, suggest
 from rail_fem.scene.units import NUMBER_THEN_UNIT, Quantity, QuantityError, parse, si_factor
 from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.sweeps.trends import MEASURES
@@ -391,7 +391,7 @@ def fault_of(key: str, *values: str | float) -> str:
     """Why no case has this key or one of these values, "" where it has; values that no crossing has together fail
     their trial."""
     try:
-        quantity = quantity_of(field_of(key))
+        quantity = quantity_at(key)
         if quantity is None:
             return f"{key}: is no physical quantity, no bounds or note: set it by a pass of a design file"
         for value in values:

@@ -24,11 +24,10 @@ from matplotlib.figure import Figure
 from pydantic import Field, model_validator
 from scipy.stats import binom
 
-from rail_fem.case.variations import field_of
+from rail_fem.case.variations import quantity_at
 from rail_fem.files.markdown import markdown_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.result.result import PassResult
-from rail_fem.scene.input_errors import quantity_of
 from rail_fem.scene.units import Quantity, show
 from rail_fem.settings.draws import Change, Draws, number_of
 from rail_fem.show.panels import curve, legend_above, new_panels, titled
@@ -60,7 +59,7 @@ class Fleet(Draws):
     def rows(self) -> dict[str, dict[str, Change]]:
         """Name of a pass -> its changes, by Sobol's sequence. Errors: DrawError, VariationError for a key that there is
         not."""
-        drawn = self.drawn(self.passes, lambda key: quantity_of(field_of(key)))
+        drawn = self.drawn(self.passes, quantity_at)
         return {f"pass {number:05d}": changes for number, changes in enumerate(drawn, 1)}
 
 
@@ -169,7 +168,7 @@ def worst_lines(
     table = []
     for key, draw in fleet.draw.items():
         among = lambda names, key=key: [rows[name][key] for name in names]
-        kinds, quantity = sorted({str(kind) for kind in among(ranked)}), quantity_of(field_of(key))
+        kinds, quantity = sorted({str(kind) for kind in among(ranked)}), quantity_at(key)
         if draw.of and (quantity is None or len(kinds) < len(ranked) / 2):
             share = lambda kind, names: f"{sum(str(one) == kind for one in among(names)) / len(names):.0%}"
             table += [[f"{key} = {kind}", share(kind, worst), share(kind, ranked)] for kind in kinds]

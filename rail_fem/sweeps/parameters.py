@@ -5,12 +5,12 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from rail_fem.case.variations import VariationError, field_of
+from rail_fem.case.variations import VariationError, quantity_at
 from rail_fem.result.quantities import two_now
 from rail_fem.result.result import PassResult
 from rail_fem.result.runfolder import MARK
 from rail_fem.scene.crossing import FAMILY_KEYS, Crossing
-from rail_fem.scene.input_errors import quantity_of, suggest
+from rail_fem.scene.input_errors import suggest
 from rail_fem.scene.units import si_factor
 
 PROFILE, CROSSING = "scene.wheel.profile", "scene.crossing."
@@ -58,7 +58,7 @@ def varied_keys(runs: Iterable[Values]) -> list[str]:
 def unit_of(key: str) -> str:
     """The unit in which engineers write this key; "" for none."""
     try:
-        quantity = quantity_of(field_of(key))
+        quantity = quantity_at(key)
     except VariationError:  # of another version of the program
         return ""
     return quantity.unit if quantity else ""

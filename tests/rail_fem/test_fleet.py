@@ -8,8 +8,7 @@ from scipy.stats import expon
 from typer.testing import CliRunner
 
 from rail_fem import cli
-from rail_fem.case.variations import field_of
-from rail_fem.scene.input_errors import quantity_of
+from rail_fem.case.variations import quantity_at
 from rail_fem.settings.draws import Draw
 from rail_fem.sweeps import fleet as fleet_module
 from rail_fem.sweeps.fleet import QUANTILES, Fleet, corrected, quantile_of, to_be_proven
@@ -31,7 +30,7 @@ passes = 32
 def test_each_key_is_drawn_by_its_law():
     shares = (np.arange(1000) + 0.5) / 1000
     number = lambda texts: np.array([float(text.split()[0]) for text in texts])
-    speed, friction = (quantity_of(field_of(key)) for key in ("scene.speed", "scene.friction"))
+    speed, friction = (quantity_at(key) for key in ("scene.speed", "scene.friction"))
     even = number(Draw(low="50 mph", high="100 mph").values("scene.speed", speed, shares))
     assert even.min() == pytest.approx(50.025) and even.max() == pytest.approx(99.975)
     normal = number(Draw(mean="80 mph", deviation="5 mph").values("scene.speed", speed, shares))
