@@ -27,9 +27,7 @@ from rail_fem.show.report import listed, row
 def case_facts(case: Case, model: str, ranks: int) -> dict[str, Any]:
     """Scene and numerics as they are understood, what follows from them, cost, warnings, and the errors that forbid the
     run [SI]. cost : None for a light model"""
-    scene, asked = case.scene, case.runs[model]
-    errors = preflight_errors(scene, asked, ranks, model)
-    settings = asked if errors else with_window(scene, asked)
+    scene, (settings, warnings, errors) = case.scene, understood(case, model, ranks)
     explicit = settings if isinstance(settings, FeSettings) and not errors else None
     patch = static_patch(scene)
     derived = {
@@ -52,7 +50,7 @@ def case_facts(case: Case, model: str, ranks: int) -> dict[str, Any]:
         "settings": settings.model_dump(mode="json"),
         "derived": derived,
         "cost": asdict(foretold(scene, explicit, ranks)) | {"ranks": ranks} if explicit is not None else None,
-        "warnings": _warnings(scene, settings, errors),
+        "warnings": warnings,
         "errors": errors,
     }
 
@@ -60,14 +58,10 @@ def case_facts(case: Case, model: str, ranks: int) -> dict[str, Any]:
 def case_report(case: Case, model: str, ranks: int, every_key: bool = False) -> tuple[str, list[str]]:
     """The scene and numerics in engineers' units, derived numbers, cost and warnings; and the input errors that forbid
     the run. every_key : also those that are not set or belong to another family of crossings"""
-    scene = case.scene
-    settings: Any = case.runs[model]
-    errors = preflight_errors(scene, settings, ranks, model)
+    scene, (settings, warnings, errors) = case.scene, understood(case, model, ranks)
     explicit = isinstance(settings, FeSettings)
-    settings = settings if errors else with_window(scene, settings)
     if isinstance(settings, PassSettings):
         settings = settings.model_copy(update=dict(zip(("start", "end"), settings.window(scene))))
-    warnings = _warnings(scene, settings, errors)
     lines = [case.title, "", "scene", *_section(scene, every_key), *_measured(scene), "", "derived", *_derived(scene)]
     if not errors and explicit:
         lines += _rigid(scene, settings)
@@ -85,11 +79,14 @@ def case_report(case: Case, model: str, ranks: int, every_key: bool = False) -> 
     return "\n".join([*lines, *listed("warning(s)", warnings)]), errors
 
 
-def _warnings(scene: Scene, settings: Any, errors: list[str]) -> list[str]:
-    if errors:
-        return scene_warnings(scene)
+def understood(case: Case, model: str, ranks: int) -> tuple[Any, list[str], list[str]]:
+    """Numerics as the model takes them, or as they are asked for where errors forbid the run; warnings; the errors."""
+    scene, asked = case.scene, case.runs[model]
+    if errors := preflight_errors(scene, asked, ranks, model):
+        return asked, scene_warnings(scene), errors
+    settings = with_window(scene, asked)
     about_path = window_warnings(scene, *settings.window(scene)) if isinstance(settings, PassSettings) else []
-    return case_warnings(scene, settings) + about_path
+    return settings, case_warnings(scene, settings) + about_path, []
 
 
 def _section(section: BaseModel, every_key: bool, prefix: str = "") -> list[str]:
