@@ -8,7 +8,7 @@ import numpy as np
 from geometry.surfaces.bodies import BODIES
 from kernel_cache import working_time
 from rail_fem.contact.contact_table import ContactTable, patch_sizes
-from rail_fem.passes.validity import LOADED, Flag, flag_warnings, lift_flags, window_flags
+from rail_fem.passes.validity import LOADED, Flag, flag_warnings, lift_flags, step_flags, window_flags
 from rail_fem.passes.vertical_pass import LightPass, common_history, foundation_peak, history_rows
 from rail_fem.result.events import end_warnings, force_peaks, transfer_position
 from rail_fem.result.result import NAN, BearerSummary, Cost, PassResult, PatchSummary, Peak
@@ -44,7 +44,8 @@ def light_result(
     peaks = force_peaks(columns, sign, load, leg_end=scene.crossing.leg_end)
     rows = history_rows(run, settings.history_interval)
     history = {name: values[rows] for name, values in columns.items()}
-    about["validity"] = found = [*lift_flags(history, load), *window_flags(scene, run, changes), *flags]
+    found = [*lift_flags(history, load), *window_flags(scene, run, changes), *step_flags(errors), *flags]
+    about["validity"] = found
     bearers: tuple[BearerSummary, ...] = ()
     if run.beam is not None and scene.bearers is not None:
         from rail_fem.passes.beam_results import bearer_table

@@ -25,6 +25,7 @@ MOST_ASYMMETRY = 0.25
 LOADED = 0.1  # of the static load, from which a contact's patch is judged
 LARGEST_SHARE = 0.3  # of a patch's semi-axis in the smallest radius, beyond which a half-space is none
 SUDDEN = 0.5  # share of the lumped constant that the true one may differ by
+MOST_ERROR = 0.05  # of the force history by one setting
 MOST_APPROACH = 0.1  # share by which a law's approach may differ from that of the gap solved under a pass' force
 
 Flag = dict[str, str]
@@ -49,6 +50,13 @@ def flag(what: str, reason: str, x: float | None = None) -> Flag:
 def flag_warnings(flags: Sequence[Flag]) -> tuple[str, ...]:
     """Flags as sentences, for a result's warnings."""
     return tuple(f"{f['what']}: {f['reason']}" + (f" ({f['where']})" if f["where"] else "") for f in flags)
+
+
+def step_flags(errors: Mapping[str, float]) -> Iterator[Flag]:
+    """Settings that are too coarse, by the relative errors that a pass claims."""
+    for name in ("time_step", "path_spacing", "beam_element"):
+        if (error := errors.get(name, 0.0)) > MOST_ERROR:
+            yield flag(name, f"moves forces by some {error:.0%}, more than {MOST_ERROR:.0%}: take a smaller one")
 
 
 def p2_flags(scene: Scene, dip: float) -> Iterator[Flag]:

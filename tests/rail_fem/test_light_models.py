@@ -188,6 +188,12 @@ def test_pass_is_second_order_in_the_step_and_the_balance_falls_with_it(scene, m
     assert np.abs(runs[2].history["energy_balance"]).max() < 1e-3 * work
 
 
+def test_a_step_too_coarse_for_the_forces_is_told(scene):
+    coarse, fine = (lumped.solve(scene, LumpedSettings(start=0.095, end=0.7, time_step=step)) for step in (1e-3, 1e-5))
+    assert any(w.startswith("time_step: moves forces by some") for w in coarse.warnings)
+    assert not any("time_step" in w for w in fine.warnings)
+
+
 def test_facing_and_trailing_cases_meet_the_same_transfer(scene):
     back = load_case(ROOT / "cases" / "thesis" / "case_05.toml")
     facing, trailing = (
