@@ -327,6 +327,12 @@ class Problem:
                     found |= dict(zip(fact.columns, fact.measured(case.scene, case.settings(RigidHertzSettings))))
         return np.array([found[column] for column in columns])
 
+    def cut_short(self, values: np.ndarray | None) -> list[str]:
+        """What the passes may lack, of each that begins or ends where more goes on. Errors: as of `numbers`."""
+        cases = [(one.name, self.changed(values, one)) for one in self.design.passes]
+        found = [(name, solve(self.design.model, case.scene, case.runs[self.design.model])) for name, case in cases]
+        return [f"{name}: {said}" for name, result in found for said in result.warnings if said.startswith("the run ")]
+
     def score(self, numbers: np.ndarray, start: np.ndarray, counted: np.ndarray | None = None) -> float:
         """Weighted mean over passes and objectives: value over the start's, or squared distance from a target; what is
         above the start's counts `worse` times more. counted (m,) : which of the numbers, all if None"""

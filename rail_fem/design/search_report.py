@@ -72,11 +72,17 @@ def report(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -
         blocks.append(_side_by_side(problem, problem.columns_of(design.checks), *checked))
     shapes = [told(one) for one in shape_differences(problem, found)]
     failed = [trial for trial in found.trials if trial.fault]
+    cut = [
+        f"{name}: {doubt}."
+        for name, values in (("start", None), ("best", best.values))
+        for doubt in problem.cut_short(values)
+    ]
     last = f", the last: {failed[-1].fault}" if failed else ""
     return page_of(
         [
             *blocks,
             robustness(problem, found, checked),
+            cut,
             "Running surfaces, best less start:",
             markdown_table(["body", "most added [mm]", "most taken away [mm]"], shapes),
             "The best by an explicit model:",

@@ -127,6 +127,12 @@ def test_a_best_that_is_no_better_than_the_start_is_said_to_be_none(bowl, tmp_pa
     assert "at best" in better and "no trial" not in better and none.endswith(": no trial is better than the start.")
 
 
+def test_a_search_over_passes_that_end_too_soon_says_so(bowl, tmp_path):
+    problem = read_design(design(tmp_path, changed=('"420 mm"', '"380 mm"')))
+    text = report(problem, search(problem, tmp_path / "out", HERE))
+    assert "start: 75 mph: the run ends at x = 380 mm with" in text
+
+
 def test_a_search_in_which_nothing_can_be_run_says_why(bowl, tmp_path, monkeypatch):
     problem, model = bowl
     monkeypatch.setattr(search_module, "numbers_of", lambda p, v: model(p, None if v is None else np.array([2.0])))
