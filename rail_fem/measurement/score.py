@@ -17,6 +17,7 @@ MOST_SAMPLES = 5_000_000  # of record or result, both sampled alike
 MOST_PRODUCTS = 1e11  # of samples in the search for the best shift: some minutes
 NO_DEVIATION = 1e-9  # of a constant from its mean, over the constant: beyond the digits of a file, or round-off
 LONGEST_PERIOD = 0.1  # of the low pass for the alignment, of the shorter record: its ends are the filter's, not theirs
+LEAST_MEAN = 0.1  # over the largest, of forces that hold the static load
 SEGMENTS = 4  # of the common stretch, over which coherence is averaged (with half overlap)
 
 
@@ -174,8 +175,12 @@ def score_table(record: Record, pair: Alignment, scores: list[Score]) -> str:
         )
     if any(np.isnan([one.measured, one.computed]).any() for one in scores):
         lines.append("peaks -: in a record shorter than two periods, or within one of its end, they are the filter's")
-    if unit == "kN" and record.values.mean() < 0:
-        lines.append("the record's forces are negative, here a wheel that presses has a positive one: turn their sign")
+    mean = record.values.mean()
+    if unit == "kN" and mean < LEAST_MEAN * np.abs(record.values).max():
+        lines.append(
+            f"the record's mean is {mean * factor:.3g} kN: forces here hold the static load, positive where a wheel"
+            " presses: add it, or turn their sign"
+        )
     return "\n".join(lines)
 
 

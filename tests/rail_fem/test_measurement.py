@@ -102,6 +102,8 @@ def test_a_record_of_forces_of_the_other_sign_is_told(result):
     turned, pair = replace(record, values=-record.values), align(record, record, None)
     said = [score_table(one, pair, [score(pair, 500.0)]) for one in (record, turned)]
     assert "turn their sign" not in said[0] and "turn their sign" in said[1] and "peaks -" not in said[0]
+    dynamic = replace(record, values=record.values - record.values.mean() * 1.01)
+    assert "forces here hold the static load" in score_table(dynamic, pair, [])
     thousandth = score_table(record, pair, [score(replace(pair, measured=pair.measured / 1e3), 500.0)])
     assert "1000.000" in thousandth.split()  # apart from its neighbour
 
