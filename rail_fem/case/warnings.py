@@ -41,7 +41,7 @@ SURROGATES = {
 def case_warnings(scene: Scene, settings: Frozen) -> list[str]:
     """All warnings about a case run by one model. settings : of the model, with start and end. Errors: as
     rail_fem.contact.rigid.window_path."""
-    warnings = scene_warnings(scene) + _off_the_sections(scene, settings)
+    warnings = scene_warnings(scene) + _off_the_sections(scene, settings) + _beyond_the_track(scene, settings)
     if isinstance(settings, BemPlasticSettings) and scene.crossing.family != JOINT:
         warnings.append(
             "a half-space has no free side: at the corners of wing and nose bem_plastic is 28 to 39 % low in plastic"
@@ -107,6 +107,21 @@ def _sections_apart(scene: Scene, low: float, high: float) -> list[str]:
         f" {at:.0f} mm a wheel lies {most / STILL_MISSED * 1e3:.2g} mm off it, with all of them some"
         f" {most * 1e3:.2g} mm off the crossing between them, more than {LARGEST_MISSED * 1e3:g} mm, and forces follow:"
         " give sections closer there"
+    ]
+
+
+def _beyond_the_track(scene: Scene, settings: Frozen) -> list[str]:
+    """Bearers with a state of their own over which no track is computed."""
+    if scene.bearers is None or not isinstance(settings, PassSettings | FeSettings):
+        return []
+    window = settings.window(scene) if isinstance(settings, PassSettings) else (settings.start, settings.end)
+    track, low, high = scene.bearers, min(window) - settings.beam_reach, max(window) + settings.beam_reach
+    places = {n: track.position + n * track.spacing for n in (*track.voided, *track.missing, *track.unlike)}
+    return [
+        f"bearer {n} at x = {x:.1f} m lies beyond the track that is computed, {low:.1f} to {high:.1f} m (beam_reach):"
+        " what is told of it changes nothing"
+        for n, x in places.items()
+        if not low <= x <= high
     ]
 
 

@@ -8,6 +8,7 @@ from scipy.sparse.linalg import spsolve
 
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.preflight import preflight_errors
+from rail_fem.case.warnings import case_warnings
 from rail_fem.contact.contact_table import contact_table
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.models import rigid_hertz
@@ -78,6 +79,13 @@ def test_a_cantilever_of_one_element_is_exact_along_its_length(shear_area):
     turned = np.array([0.0, 1.0, length, 1.0])  # a rigid rotation
     assert element_shape(0.4, length, shear) @ turned == pytest.approx(0.4 * length, rel=1e-12)
     assert element_rotation(0.4, length, shear) @ turned == pytest.approx(1.0, rel=1e-12)
+
+
+def test_a_bearer_beyond_the_track_that_is_computed_is_told():
+    scene = joint_scene(4e-3)
+    told = lambda **state: case_warnings(scene.replace(bearers=bearers(**state)), RigidHertzSettings(start=-0.5, end=1))
+    assert any("bearer 99 at x = 59.4 m lies beyond" in said for said in told(voided=[99]))
+    assert not any("lies beyond" in said for said in told(voided=[1], missing=[-9]))
 
 
 def test_close_bearers_become_winkler_s_foundation():
