@@ -23,6 +23,7 @@ from rail_fem.settings.light import P2Settings
 LOOKED_AT, LOOKED_AT_RATIO = (0.0, 0.9), 10.75
 JOINT_LOOKED_AT = (-0.05, 0.05)  # about a joint's bend [m]
 SPACING = 2.5e-3
+JOINT_SPACING = 0.1e-3  # the path over a gap turns within millimetres [m]
 BESIDE = 10e-3  # stretch on both sides of the transfer over which the path's slope is taken [m]
 
 
@@ -80,7 +81,8 @@ def solve(
 
 def dip_table(scene: Scene) -> ContactTable:
     """The contacts along the path in whose bend the dip angle is; kept, so that who looks beforehand costs nothing."""
-    return contact_table(scene, *looked_at(scene), SPACING)
+    spacing = JOINT_SPACING if scene.crossing.family == JOINT else SPACING
+    return contact_table(scene, *looked_at(scene), spacing)
 
 
 def looked_at(scene: Scene) -> tuple[float, float]:
