@@ -47,6 +47,7 @@ OWN_WORDS = {
         "casting on bearers": "rail on bearers",
         "wing rail": "rail",
         "wing": "rail",
+        "nose": "rail at x > 0",
     },
     SWITCH: {
         "casting on bearers": "rail on bearers",

@@ -283,7 +283,7 @@ def test_shapes_and_bodies_are_those_of_a_pass_that_sets_a_table(tmp_path):
     path = design(tmp_path, **dip, end=('"420 mm"', '"600 mm"'), own=("[pass.set]", f"[pass.set]\n{joint}"))
     start = Trial(np.array([np.nan]), np.array([2.0]), 1.0)
     rail, nose = shape_differences(read_design(path), Found(start, replace(start, values=np.array([6.0])), []))
-    assert (rail.body, nose.body) == ("rail", "nose") and rail.added[0] > 1e-4
+    assert (rail.body, nose.body) == ("rail", "rail at x > 0") and rail.added[0] > 1e-4
 
 
 def test_checks_are_reported_and_not_searched_on(tmp_path):

@@ -173,6 +173,7 @@ def test_over_a_gap_the_rigid_wheel_stands_on_the_nearer_rail_end():
 def test_the_dip_of_a_gap_is_what_the_wheel_turns_by_in_it():
     """gap / r, r the radius where the tread touches: sampled every 2.5 mm it was 41 for 47 mrad."""
     scene = joint_scene(0.0).replace_si(crossing={"joint_gap": 20e-3})
+    assert scene.crossing.told("first impact on the nose") == "first impact on the rail at x > 0"
     dip = p2_formula.solve(scene, P2Settings()).trust["dip_angle"]
     assert dip == pytest.approx(20e-3 / scene.wheel.radius, rel=0.01)
 
