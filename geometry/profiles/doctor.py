@@ -24,6 +24,8 @@ from geometry.profiles.shape import find_unit, guess_kind, rail_up, wheel_poses
 from geometry.profiles.smoothing import from_neighbours, smoothed
 
 NOISE = 0.2e-6  # scatter that is smoothed [m], so the print in um; what finer scatter does to forces is below 0.5 %
+LAG = 0.7e-3  # at which scatter is looked for besides; from 1 mm on it is the bends of a new wheel [m]
+TAKEN = 1.1  # times the scatter is smoothed: it is known to 5 to 10 %, and with less than there is most of it stays
 SPIKE = 5e-6  # the least by which a point stands out [m]
 # scatter of which smoothing leaves what moves forces by more than some percent, of points so far apart [m]
 ROUGH, APART = 10e-6, 0.25e-3
@@ -362,13 +364,19 @@ def without_spikes(points, lines, out):
 
 
 def scatter_and_kinks(points: np.ndarray) -> tuple[float, np.ndarray]:
-    """Scatter of a line of points across it [m], and its kinks (indices). Of few points, what bends from one to the
-    next is no scatter, and cross-validation leaves it."""
+    """Scatter of a line of points across it [m], and its kinks (indices).
+
+    Points that lie dense may scatter together, so those LAG apart are looked at too. Of few points, what bends from one
+    to the next is no scatter, and cross-validation leaves it.
+    """
     noise = noise_level(points)
-    corners = kinks(points, noise)
+    corners, line = kinks(points, noise), points
+    apart = points[thinned(points, corners, LAG)]
+    if (together := noise_level(apart)) > 1.5 * noise:
+        noise, line = together, apart
     if noise <= NOISE:
         return noise, corners
-    step, moved = np.gradient(points, axis=0), smoothed(points, corners, noise)[0] - points
+    step, moved = np.gradient(line, axis=0), smoothed(line, kinks(line, noise), noise)[0] - line
     across = (step[:, 0] * moved[:, 1] - step[:, 1] * moved[:, 0]) / np.hypot(*step.T)
     found = float(np.sqrt(np.mean(across**2)))
     return (noise if found > 0.5 * noise else found), corners
@@ -389,7 +397,7 @@ def smooth_points(points, smooth, smoothing, out):
         )
         return points, corners
     amount = "smoothed" if smoothing is None else f"and {1e6 * smoothing:.3g} um taken out as told"
-    taken = out.noise if smoothing is None else smoothing
+    taken = TAKEN * out.noise if smoothing is None else smoothing
     quiet, all_corners = smoothed(points, corners, taken, taken)
     if len(all_corners) > len(corners):
         new = ", ".join(f"{1e3 * points[k, 0]:.1f}" for k in np.setdiff1d(all_corners, corners)[:5])
@@ -405,12 +413,14 @@ def smooth_points(points, smooth, smoothing, out):
         f" {1e6 * rms:.2g} um rms",
     )
     apart = float(np.median(np.hypot(*np.diff(points, axis=0).T)))
+    if out.noise > noise_level(points):  # what dense points have in common
+        apart = max(apart, LAG)
     if (rough := out.noise * np.sqrt(apart / APART)) > ROUGH:  # a mean of n points scatters by a root of n less
         out.say(
             "warning",
             f"scatter {1e6 * out.noise:.2g} um of points {1e3 * apart:.2g} mm apart, as {1e6 * rough:.2g} um of"
             f" {1e3 * APART:g} mm, > {1e6 * ROUGH:g} um: what smoothing leaves of it moves forces (of four wheels, 20"
-            " um an impact by up to 2 % and the largest force on the wing by up to 9 %, 30 um by 4 and 14 %): measure"
+            " um an impact by up to 2 % and the largest force on the wing by up to 8 %, 30 um by 4 and 12 %): measure"
             " again, or run several measurements",
         )
     return quiet, all_corners

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geometry.profiles.doctor import NOISE, scatter_and_kinks, with_corners
+from geometry.profiles.doctor import NOISE, TAKEN, scatter_and_kinks, with_corners
 from geometry.profiles.profile import ProfileError, along, lengths
 from geometry.profiles.smoothing import smoothed
 from geometry.surfaces.bodies import NO_METAL, CrossingError, TwoBodies
@@ -205,7 +205,7 @@ def _smooth_line(body: SectionBody, label: str) -> tuple[np.ndarray, Callable[[n
         return points, lambda u: np.interp(u, *points.T)
     noise, corners = scatter_and_kinks(points)
     if noise > NOISE:
-        points, corners = smoothed(points, corners, noise, noise)
+        points, corners = smoothed(points, corners, TAKEN * noise, TAKEN * noise)
     return points, with_corners(points, corners, label).height
 
 

@@ -116,12 +116,13 @@ def tracked(
 
 def body_of(y: np.ndarray, z: np.ndarray, start: int, end: int) -> SectionBody:
     """The body of the points start..end with its flank down to the flangeway, seen from where its gauge face passes
-    FACE_DEPTH."""
+    FACE_DEPTH; of a nose's tip, all lower than that, from half its height over FLOOR."""
     low = max(start - 1, 0)
     top = start + int(np.argmax(z[start:end]))
+    depth = -FACE_DEPTH if z[top] > -FACE_DEPTH else 0.5 * (z[top] - FLOOR)
     face = (
-        float(np.interp(-FACE_DEPTH, np.maximum.accumulate(z[low : top + 1]), y[low : top + 1]))
-        if z[low] < -FACE_DEPTH
+        float(np.interp(depth, np.maximum.accumulate(z[low : top + 1]), y[low : top + 1]))
+        if z[low] < depth
         else float(y[start])
     )
     return SectionBody(face, y[low:end] - face, z[low:end])

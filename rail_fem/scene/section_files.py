@@ -85,8 +85,8 @@ class CrossingFile:
         if (scatter := bodies.scatter()) > ROUGH:
             told.append(
                 f"{label} scatter {1e6 * scatter:.2g} um > {1e6 * ROUGH:g} um: what smoothing leaves of it moves forces"
-                " (of sections 10 mm apart, 10 um an impact by up to 3 % and the largest force on the wing by 12 %,"
-                " 20 um by 15 and 17 %): measure again"
+                " (of sections 10 mm apart, 10 um an impact and the largest force on the wing by up to 13 and 10 %,"
+                " 20 um by 14 %): measure again"
             )
         return told
 
