@@ -233,7 +233,7 @@ def wheel_turn(points, raw, out) -> tuple[int, int]:
     if not poses:
         raise ProfileError(
             f"{raw.path}: no flange found: nothing at either end stands 20 to 45 mm over a tread and is 8 to 45 mm"
-            " thick 10 mm beyond it: is the whole flange measured, is the unit right, and is it a wheel?"
+            f" thick 10 mm beyond it: is the whole flange measured, is the unit right, and is it a wheel?{raw.as_read}"
         )
     if len(declared or poses) > 1:
         raise ProfileError(f"{raw.path}: both ends look like a flange: cut the line behind the rim")

@@ -32,7 +32,7 @@ def find_unit(raw: RawProfile, kind: str) -> tuple[float, str, str, str]:
             which = "neither mm, m nor inch" if not fitting else " and ".join(fitting)
             raise ProfileError(
                 f"{raw.path}: the points span {width:.4g}; a {kind} is {low:g} to {high:g} mm wide, which fits {which}:"
-                " state the unit"
+                f" state the unit{raw.as_read}"
             )
         return UNITS[fitting[0]], fitting[0], f" (by its width of {1e3 * width * UNITS[fitting[0]]:.4g} mm)", ""
     name = next((n for n, u in UNITS.items() if np.isclose(u, raw.unit)), f"units of {raw.unit:g} m")
@@ -61,7 +61,7 @@ def guess_kind(raw: RawProfile) -> str:
         return "rail"
     raise ProfileError(
         f"{raw.path}: neither a whole wheel (flange and tread) nor one rail head by its shape: name the kind, rail or"
-        " wheel"
+        f" wheel{raw.as_read}"
     )
 
 

@@ -252,6 +252,14 @@ def test_a_declared_unit_holds_where_no_other_fits_and_a_told_one_always():
         examine(raw(head, "rail", unit=0.0254))
 
 
+def test_a_refused_file_tells_how_it_was_read(tmp_path):
+    """A column of numbers before y and z: y is the number."""
+    points = wheel_profile("P8").points[::2] / MM
+    np.savetxt(tmp_path / "w.csv", np.column_stack([np.arange(len(points)), points]), header="No,y,z", comments="")
+    with pytest.raises(ProfileError, match='heading "No,y,z" on line 1; 3 columns: the first two are used'):
+        examine(read_raw(tmp_path / "w.csv", "wheel"))
+
+
 @pytest.mark.parametrize(
     "kind, points", [("wheel", wheel_profile("P8").points[::5]), ("rail", rail_head("60E1").points[::5])]
 )

@@ -46,6 +46,11 @@ class RawProfile:
     placed: bool = False
     flange_back: float | None = None
 
+    @property
+    def as_read(self) -> str:
+        """Behind a refusal: how the file was read, should that be the reason."""
+        return "".join(f"; {note}" for note in self.notes)
+
 
 def open_file(
     path: Path, most: int = LARGEST_FILE, refused: Callable[[str], Exception] | None = None
