@@ -133,7 +133,8 @@ def forces_of(result: PassResult, parts: tuple[str, ...]) -> str:
     impact, wheel = shown(result, IMPACT, 1e-3), shown(result, ("largest_force",), 1e-3)
     own = [shown(result, (f"largest_force_{part}",), 1e-3) for part in parts]
     if own[-2:] == ["-", "-"]:
-        return impact if wheel == "-" else f"{wheel} (wheel)"
+        told = f"{impact} (P2)" if "p2" in result.peaks else impact
+        return told if wheel == "-" else f"{wheel} (wheel)"
     return f"{impact}, {shown(result, FIRST_IMPACT, 1e-3)}; {'/'.join(own)}"
 
 

@@ -68,6 +68,7 @@ def test_faults_do_not_stop_a_sweep_and_a_second_start_passes_over_what_is_done(
     assert words.index("left out:") < words.index("[1/3]") and "scene.sped: unknown key" in words
     assert "outside lumped: FAILED" in words and "1 run(s) failed, 1 case file(s) left out" in words
     assert load(out / "good" / "lumped").peaks["largest_force"].value > 86e3
+    assert " (P2) | " in (out / "sweep.md").read_text(encoding="utf-8")
     before = (out / "good" / "lumped" / "result.json").stat().st_mtime_ns
     second = sweep(*cases, "--out", out)
     assert (
