@@ -43,7 +43,7 @@ def study_figures(
         "shakedown": (
             [shakedown_panel(before, after, state.first.parts)],
             f"shakedown map, k = {settings.shear_yield / 1e6:.0f} MPa; elastic pressures"
-            + (", bounded by the hardness" if settings.site == "crossing" else ""),
+            + (", means bounded by the hardness" if settings.site == "crossing" else ""),
             1,
         ),
     }
