@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bem.material import Elastic, MaterialError
+from bem.material import Elastic
 from bem.plane.mesh import BoundaryMesh
 from bem.plane.outline import encloses, polygon_moments
 from bem.plane.point_load import InnerLoad
@@ -50,12 +50,20 @@ class Dilatation(InnerLoad):
         return np.vstack([force.real, force.imag])
 
 
+def _point_within(polygon: np.ndarray) -> tuple[float, float]:
+    """A point [m] within a polygon (n, 2) that bends around its own centroid: the middle of the widest stretch within
+    it at half height."""
+    (x, y), (next_x, next_y) = polygon.T, np.roll(polygon, -1, axis=0).T
+    level = (y.min() + y.max()) / 2
+    passed = (y > level) != (next_y > level)
+    walls = np.sort((x + (level - y) / np.where(passed, next_y - y, 1.0) * (next_x - x))[passed])
+    widest = 2 * int(np.argmax(walls[1::2] - walls[::2]))
+    return float(walls[widest : widest + 2].mean()), float(level)
+
+
 def in_holes(mesh: BoundaryMesh) -> tuple[tuple[Dilatation, ...], np.ndarray]:
     """A centre in each hole of a body, of the strength of a unit pressure, and the mean along the hole's normal (h, 2n)
-    of densities, all x then all y.
-
-    Raises MaterialError for a hole that its own centroid lies outside of.
-    """
+    of densities, all x then all y."""
     centres, means = [], []
     for loop in mesh.loops:
         area, centre = polygon_moments(mesh.start[loop], mesh.end[loop])
@@ -63,10 +71,7 @@ def in_holes(mesh: BoundaryMesh) -> tuple[tuple[Dilatation, ...], np.ndarray]:
             continue
         at = float(centre.real), float(centre.imag)
         if not encloses(mesh.vertices[loop], np.array(at)):
-            raise MaterialError(
-                f"a hole about ({at[0]:.4g}, {at[1]:.4g}) m does not hold its own centroid: Poisson's ratio"
-                " must stay below 0.495 there"
-            )
+            at = _point_within(mesh.vertices[loop])
         centres.append(Dilatation(at, -area / np.pi))
         mean = np.zeros((2, mesh.densities))
         mine = np.unique(np.r_[mesh.first[loop], mesh.last[loop]])

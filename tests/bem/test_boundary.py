@@ -231,3 +231,16 @@ def test_a_hollow_body_in_contact_is_refused_near_incompressibility():
     mesh = mesh_outline(ring(), Sizing(0.2))
     with pytest.raises(MaterialError, match="hole"):
         BoundaryProblem(mesh, Elastic(1e6, 0.4999), np.zeros((mesh.densities, 2), bool), np.zeros(mesh.densities, bool))
+
+
+@pytest.mark.parametrize("poisson", [0.36, 0.49, 0.4999999])
+def test_a_hole_that_bends_around_its_own_centroid_is_solved_at_any_poisson_ratio(poisson):
+    """Its centre of dilatation stands elsewhere within it. Stresses of balanced tractions do not know Poisson's ratio
+    (Michell)."""
+    angle = np.linspace(0.6, 2 * np.pi - 0.6, 60)
+    bow = np.column_stack([np.cos(angle), np.sin(angle)])
+    hole = Edge(np.vstack([0.3 * bow, 0.2 * bow[::-1], 0.3 * bow[:1]]) + [1, 0.5])
+    mesh = mesh_outline(Outline([*BLOCK.loops, [hole]]), Sizing(0.025))
+    pull = {"left": Condition(traction=(-1e6, 0)), "right": Condition(traction=(1e6, 0))}
+    found, other = (stress_at(solve_boundary(mesh, Elastic(1e9, nu), pull), INSIDE) for nu in (poisson, 0.3))
+    np.testing.assert_allclose(found, other, atol=0.006 * 1e6)
