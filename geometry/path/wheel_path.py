@@ -78,7 +78,7 @@ def wheel_path(
     crossing : CastCrossing, RailSurface or another that geometry.surfaces.any_crossing names
         With its heights.
     x : (n,) array
-        Axle positions [m].
+        Axle positions [m], in any order.
     radius : float
         Of the wheel at its tread datum [m].
     lateral_shift : float
@@ -185,7 +185,8 @@ def transfer_positions(
     x: np.ndarray, wing: BodySearch, nose: BodySearch, wing_height: np.ndarray, nose_height: np.ndarray
 ) -> np.ndarray:
     """x (k,) where wing and nose carry at once: sign changes of their difference, closed in by bisection to 1e-7 m."""
-    difference = wing_height - nose_height
+    order = np.argsort(x)
+    x, difference = x[order], (wing_height - nose_height)[order]
     positions = []
     for i in np.flatnonzero(np.diff(np.sign(difference)) != 0):
         low, high, sign = x[i], x[i + 1], np.sign(difference[i])
@@ -213,8 +214,8 @@ def check_height(x: np.ndarray, height: np.ndarray, lateral_shift: float) -> Non
 
 def check_inputs(crossing: AnyCrossing, x: np.ndarray, radius: float, resolution: float, reach: float) -> None:
     low, high = crossing.x_range
-    if not (np.isfinite(x).all() and x.size):
-        raise CrossingError("wheel_path: x must hold at least one finite axle position")
+    if not (np.isfinite(x).all() and x.size and x.ndim == 1):
+        raise CrossingError("wheel_path: x must hold at least one finite axle position, as (n,)")
     if x.min() - reach < low or x.max() + reach > high:
         raise CrossingError(
             f"wheel_path: x {x.min():g} to {x.max():g} m with reach {reach:g} m leaves the modelled crossing, {low:g}"

@@ -130,6 +130,8 @@ def test_wing_and_nose_carry_at_once_at_the_transfer():
     at = wheel_path(wheel, crossing, path.transfers)
     assert max(at.wing_gap[0], at.nose_gap[0]) < 1e-8  # placed to 1e-7 m where the slopes differ by 0.02
     assert np.all(path.on_nose == (path.x > path.transfers[0]))
+    shuffled = np.random.default_rng(0).permutation(path.x)
+    np.testing.assert_array_equal(wheel_path(wheel, crossing, shuffled).transfers, path.transfers)
 
 
 def test_height_is_zero_on_plain_line_and_gaps_are_never_negative():
@@ -199,6 +201,7 @@ def test_a_shifted_wheel_changes_its_path_smoothly_through_zero_shift():
     "arguments, complaint",
     [
         ({"x": np.array([np.nan])}, "at least one finite"),
+        ({"x": np.array([[0.0, 0.1]])}, r"as \(n,\)"),
         ({"x": np.array([9.0])}, r"leaves the modelled crossing, -10 to 1.\d+ m: keep x within -9\.9 to 1\.\d+ m"),
         ({"x": np.array([0.0]), "radius": 425.0}, "radius = 425 m is outside"),
         ({"x": np.array([0.0]), "lateral_shift": 1.0}, "stands over neither wing nor nose at x = 0"),
