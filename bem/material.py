@@ -104,6 +104,9 @@ class Pair:
     @classmethod
     def of(cls, first: Elastic, second: Elastic) -> Pair:
         """first: body 1 (above), second: body 2 (below)."""
+        for body in (first, second):
+            if not isinstance(body, Elastic):
+                raise TypeError(f"a body in contact is an Elastic, not {type(body).__name__}")
         shear = 2 / (1 / first.shear + 1 / second.shear)
         poisson = shear / 2 * (first.poisson / first.shear + second.poisson / second.shear)
         coupling = shear / 4 * ((1 - 2 * first.poisson) / first.shear - (1 - 2 * second.poisson) / second.shear)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from numbers import Integral
 
 import numpy as np
 from scipy import ndimage
@@ -28,6 +29,11 @@ class NoContactError(ContactInputError):
 
 class PatchCutError(ContactInputError):
     """The grid ends inside the contact patch."""
+
+
+def _refuse_counts(nx: int, ny: int) -> None:
+    if not all(isinstance(count, Integral) and count >= 1 for count in (nx, ny)):
+        raise ContactInputError(f"grid: {nx!r} x {ny!r} cells: give whole numbers, at least one each way")
 
 
 @dataclass(frozen=True)
@@ -63,8 +69,7 @@ class Grid:
                 f"grid: cell sides {self.dx!r} x {self.dy!r} m at ({self.x_first!r}, {self.y_first!r}) "
                 "m: give finite positions and positive sides"
             )
-        if self.nx < 1 or self.ny < 1:
-            raise ContactInputError(f"grid: {self.nx} x {self.ny} cells: give at least one each way")
+        _refuse_counts(self.nx, self.ny)
 
     @classmethod
     def over(cls, x_range: tuple[float, float], y_range: tuple[float, float], nx: int, ny: int) -> Grid:
@@ -81,8 +86,7 @@ class Grid:
         -------
         Grid
         """
-        if nx < 1 or ny < 1:
-            raise ContactInputError(f"grid: {nx} x {ny} cells: give at least one each way")
+        _refuse_counts(nx, ny)
         dx, dy = (x_range[1] - x_range[0]) / nx, (y_range[1] - y_range[0]) / ny
         return cls(x_range[0] + dx / 2, y_range[0] + dy / 2, dx, dy, nx, ny)
 

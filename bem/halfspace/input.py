@@ -38,7 +38,7 @@ def gap_values(gap: Gap, grid: Grid) -> np.ndarray:
         values = np.asarray(given)
         if np.iscomplexobj(values):
             raise TypeError
-        values = values.astype(float)
+        values = np.where(np.ma.getmask(given), np.nan, values.astype(float))
     except (TypeError, ValueError):
         raise ContactInputError(
             "gap is no array of real numbers: give distances in metres, open positive, +inf where a body has no surface"
@@ -124,6 +124,8 @@ def _largest_slip(motion: Creepage | LocalCreepage, bounds: tuple[float, float, 
 def _check_finite(motion: Creepage | LocalCreepage) -> None:
     if isinstance(motion, LocalCreepage):  # which holds finite numbers only
         return
+    if not isinstance(motion, Creepage):
+        raise ContactInputError(f"creepage or shift {motion!r}: give a Creepage (Creepage(1e-3), for one)")
     if not all(map(is_finite, (motion.longitudinal, motion.lateral, motion.spin))):
         raise ContactInputError(f"{motion}: every part must be a finite number")
 
@@ -160,6 +162,8 @@ def check_shift(shift: Creepage, bounds: tuple[float, float, float, float]) -> N
 
 def check_force(force: tuple[float | None, float | None], limit: float) -> None:
     """Refuses tangential forces [N] that friction cannot carry; limit = mu N [N]."""
+    if not (isinstance(force, (tuple, list, np.ndarray)) and len(force) == 2):
+        raise ContactInputError(f"tangential force {force!r}: give two along x and y [N], each a number or None")
     given = [value for value in force if value is not None]
     if not all(map(is_finite, given)):
         raise ContactInputError(f"tangential force {force!r} N: must be finite numbers")

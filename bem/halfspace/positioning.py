@@ -70,6 +70,8 @@ def _settled(found: Window, box: Window) -> bool:
 
 
 def _check_window(window: Window) -> None:
+    if np.shape(window) != (2, 2):
+        raise ContactInputError(f"window {window!r}: give ((x_min, x_max), (y_min, y_max)) [m]")
     for name, (low, high) in zip("xy", window):
         if not (np.isfinite([low, high]).all() and high > low):
             raise ContactInputError(f"window along {name}: ({low!r}, {high!r}) m: give finite limits, the lower first")

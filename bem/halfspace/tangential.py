@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bem.checks import refuse_unless_positive
 from bem.creepage import LocalCreepage
 from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
 from bem.halfspace.friction import FrictionSolution, TangentialOperator, rolled_step, solve_friction
@@ -189,7 +190,8 @@ class _Problem:
     @classmethod
     def of(cls, patch: Patch, pair: Pair, friction: float, motion, force: Force, direction: int, tolerance: float):
         """On a patch; refuses a force that friction cannot carry."""
-        check_force((force[0], force[1]), friction * patch.normal_force)
+        check_force(force, friction * patch.normal_force)
+        refuse_unless_positive(ContactInputError, tolerance=tolerance)
         place = patch.grid, patch.gap, patch.pressure, patch.approach
         return cls(pair, *place, friction, motion, (force[0], force[1]), direction, tolerance)
 

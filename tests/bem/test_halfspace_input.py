@@ -114,7 +114,18 @@ def test_impossible_windows_are_refused(window):
         normal_contact(lambda x, y: x**2 + y**2, STEEL, STEEL, load=1.0, window=window)
 
 
-@pytest.mark.parametrize("shape", [(0, 3), (3, -1)])
+def test_what_is_masked_of_a_gap_is_no_surface_that_is_known():
+    with pytest.raises(ContactInputError, match="288 of 576 cells NaN"):
+        normal_contact(np.ma.array(GAP, mask=Y > 0), STEEL, STEEL, load=1e3, grid=GRID)
+
+
+@pytest.mark.parametrize("window", [(-0.02, 0.02, -0.02, 0.02), (-0.02, 0.02), 0.02])
+def test_windows_of_another_shape_are_refused(window):
+    with pytest.raises(ContactInputError, match="x_min, x_max"):
+        normal_contact(lambda x, y: x**2 + y**2, STEEL, STEEL, load=1.0, window=window)
+
+
+@pytest.mark.parametrize("shape", [(0, 3), (3, -1), (3.0, 3), (2.5, 3), ("3", 3)])
 def test_grid_without_cells_is_refused(shape):
     with pytest.raises(ContactInputError, match="at least one"):
         Grid.over((0, 1), (0, 1), *shape)
@@ -144,6 +155,17 @@ def test_other_impossible_tangential_input_is_refused():
         shift_contact(patch, STEEL, STEEL, 0.3, Creepage(longitudinal=10.0))
     with pytest.raises(ContactInputError, match="direction"):
         rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-3), direction=0)
+    for force in (1e3, (1e3, None, None)):
+        with pytest.raises(ContactInputError, match="two along x and y"):
+            rolling_contact(patch, STEEL, STEEL, 0.3, force=force)
+    for motion in (1e-3, (1e-3, 0.0, 0.0)):
+        with pytest.raises(ContactInputError, match="give a Creepage"):
+            rolling_contact(patch, STEEL, STEEL, 0.3, motion)
+    for tolerance in (0, np.nan, "1e-5"):
+        with pytest.raises(ContactInputError, match="tolerance"):
+            shift_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-6), tolerance=tolerance)
+    with pytest.raises(TypeError, match="an Elastic, not float"):
+        rolling_contact(patch, 210e9, STEEL, 0.3)
     with pytest.raises(ContactInputError, match="previous"):
         shift_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-6), previous=patch)
     with pytest.raises(ContactInputError, match="finite"):
