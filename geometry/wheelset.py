@@ -7,6 +7,7 @@ right, so that both read as a left wheel on a left rail and what is mirrored giv
 """
 
 from dataclasses import dataclass, field
+from numbers import Real
 
 import numpy as np
 
@@ -26,7 +27,7 @@ class WheelsetError(ValueError):
 def check_range(owner: str, limits: tuple[tuple[str, float, float, float], ...]) -> None:
     """Raise WheelsetError for the first of (name, value, least, most) that is out of range or not finite."""
     for name, value, least, most in limits:
-        if not (np.isfinite(value) and least <= value <= most):
+        if not (isinstance(value, Real) and np.isfinite(value) and least <= value <= most):
             raise WheelsetError(f"{owner}: {name} = {value!r} is outside [{least:g}, {most:g}] (SI units)")
 
 

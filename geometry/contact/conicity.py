@@ -79,6 +79,8 @@ def wavelength(
     check_range(
         "wavelength", (("amplitude", amplitude, 1e-5, 0.05), ("radius", radius, 0.1, 1.0), ("base", base, 0.5, 2.0))
     )
+    if np.size(shift) < 2 or not (np.diff(shift) > 0).all():
+        raise WheelsetError("wavelength: the shifts must rise, at least two of them")
     curve = PchipInterpolator(shift, difference)
     middle = _middle(shift, curve)
     energy = curve.antiderivative()
@@ -117,6 +119,11 @@ def equivalent_conicity(
     -------
     float
         [1]
+
+    Raises
+    ------
+    WheelsetError
+        For shifts that do not rise, and where the wheelset is not driven back.
 
     Examples
     --------

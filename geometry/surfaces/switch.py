@@ -79,8 +79,9 @@ class Switch:
     def __post_init__(self):
         check_fields("switch", self, radius=(50, 1e5), entry=(0, 0.1), corner=(1e-3, 30e-3), face=(0.01, 0.5))
         check_fields("switch", self, length=(1.0, 50.0), spacing=(0.01, 2.0))
-        widths, tops = np.array(self.heights).T
-        if np.any(np.diff(widths) <= 0) or np.any(np.diff(tops) < 0) or tops.max() > 2 * MM or tops.min() < -25 * MM:
+        widths, tops = np.array(self.heights, float).T
+        grow = len(widths) > 1 and (np.diff(widths) > 0).all() and (np.diff(tops) >= 0).all()
+        if not (grow and tops.max() <= 2 * MM and tops.min() >= -25 * MM):
             raise ProfileError(
                 f"switch: heights {self.heights} must grow in width, not fall, and lie within -25 and +2 mm"
             )

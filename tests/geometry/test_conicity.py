@@ -108,6 +108,9 @@ def test_what_gives_no_wave_is_refused():
         wavelength(shift, 0.1 * shift, 8 * MM, RADIUS)
     with pytest.raises(WheelsetError, match="back"):
         wavelength(shift, -0.1 * shift, 2 * MM, RADIUS)
+    for wrong in (shift[::-1], shift[:1], np.repeat(shift, 2)):
+        with pytest.raises(WheelsetError, match="must rise"):
+            wavelength(wrong, 0.1 * wrong, 2 * MM, RADIUS)
 
 
 # EN 15302 Annex E, wheel A on rail A: rolling radius difference [mm] at shifts 0, 0.1, ... 6.8 mm (odd in the shift),

@@ -366,8 +366,9 @@ def test_bad_input_is_refused_with_place_and_size():
         search.settle(0.3)
     with pytest.raises(WheelsetError, match="held_at"):
         search.settle(held_at="bogie")
-    with pytest.raises(WheelsetError, match="radius"):
-        Wheelset(wheel_profile("P8"), radius=float("nan"))
+    for radius in (float("nan"), "0.46", 460):
+        with pytest.raises(WheelsetError, match="radius = .* is outside"):
+            Wheelset(wheel_profile("P8"), radius=radius)
     with pytest.raises(WheelsetError, match="speed"):
         creepages(search.settle(), search.contacts(search.settle(), "left"), Motion(0.0))
     with pytest.raises(WheelsetError, match="gauge point"):

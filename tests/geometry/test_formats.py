@@ -21,6 +21,9 @@ def test_a_unit_that_is_none_is_refused():
     assert metres_of(None) is None and metres_of("mm") == 1e-3
     with pytest.raises(ProfileError, match="unit 'furlong': known are m, cm, mm, inch"):
         metres_of("furlong")
+    for unit in ("mm", 0, -1e-3, np.nan):
+        with pytest.raises(ProfileError, match="length in metres"):
+            read_raw(__file__, unit=unit)
 
 
 def written(path, text):

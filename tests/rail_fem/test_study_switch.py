@@ -123,7 +123,8 @@ def test_the_study_has_its_table_and_figure(passed):
 
 
 def test_switches_that_cannot_be_are_refused():
-    with pytest.raises(ProfileError, match="must grow in width"):
-        Switch(heights=((0.0, -16e-3), (0.0, -5e-3)))
+    for heights in (((0.0, -16e-3), (0.0, -5e-3)), ((0.0, np.nan), (0.05, 0.0)), ((0.0, 0.0),)):
+        with pytest.raises(ProfileError, match="must grow in width"):
+            Switch(heights=heights)
     with pytest.raises(WheelsetError, match="radius = 3"):
         Switch(radius=3.0)

@@ -2,6 +2,7 @@
 others."""
 
 from dataclasses import replace
+from numbers import Real
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,8 @@ def read_raw(path: Path | str, kind: str | None = None, unit: float | None = Non
     suffix = path.suffix.lower()
     if path.is_dir() or not path.exists():
         raise ProfileError(f"{path}: {'a folder, no file' if path.is_dir() else 'no such file'}")
+    if unit is not None and not (isinstance(unit, Real) and 0 < unit < np.inf):
+        raise ProfileError(f"unit {unit!r}: give its length in metres, 1e-3 for mm")
     if kind is not None and kind not in KINDS:
         raise ProfileError(f"kind {kind!r} is neither of {', '.join(KINDS)}")
     if suffix in (".prw", ".prr"):
