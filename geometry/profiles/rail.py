@@ -58,7 +58,7 @@ def rail_head(name: str, inclination: float = 0.0, spacing: float = SPACING) -> 
     name : str
         "56E1" (BS113A), "60E1" (UIC60) or "60E2".
     inclination : float
-        Lean towards the track, as a slope: 0 upright, 1/20 or 1/40 [1].
+        Lean towards the track, as a slope: 0 upright, 1/20 or 1/40, at most 0.1 [1].
     spacing : float
         Of the samples on arcs [m].
 
@@ -69,7 +69,7 @@ def rail_head(name: str, inclination: float = 0.0, spacing: float = SPACING) -> 
     Raises
     ------
     ProfileError
-        For an unknown name.
+        For an unknown name or an inclination out of range.
 
     Examples
     --------

@@ -43,7 +43,7 @@ def wheel_profile(name: str, outer_slope: float = 0.067) -> Profile:
         "P8" (or "EPS"), "P8-worn", "P8-hollow", "P1" or "S1002"; all but P8 and S1002 are surrogates and say so in
         their label.
     outer_slope : float
-        Slope of the far tread of the P8 family beyond y = 29 mm, 0.05 to 0.15 [1].
+        Slope of the far tread of the P8 family beyond y = 29 mm, 0.03 to 0.2 [1].
 
     Returns
     -------
