@@ -379,7 +379,7 @@ def scatter_and_kinks(points: np.ndarray) -> tuple[float, np.ndarray]:
     step, moved = np.gradient(line, axis=0), smoothed(line, kinks(line, noise), noise)[0] - line
     across = (step[:, 0] * moved[:, 1] - step[:, 1] * moved[:, 0]) / np.hypot(*step.T)
     found = float(np.sqrt(np.mean(across**2)))
-    return (noise if found > 0.5 * noise else found), corners
+    return (noise if found > 0.4 * noise else found), corners
 
 
 def smooth_points(points, smooth, smoothing, out):
