@@ -243,7 +243,8 @@ def _check_datum(sections: SectionCrossing) -> None:
     if abs(up) > HEIGHT_ERROR:  # first: a face is placed below rail level
         raise CrossingError(
             f"section at x = {sections.x[0]:g} m: its top lies {up / MM:+.2f} mm from rail level: give"
-            f' height = "{-up / MM:.2f} mm"'
+            f' height = "{-up / MM:.2f} mm"; of a file that begins behind the plain rail, where the wing has risen,'
+            " put a section of the plain rail first"
         )
     if abs(aside) > SIDE_ERROR:
         raise CrossingError(

@@ -65,7 +65,7 @@ def _of_cells(patches: Patches, speed: float, settings: DamageSettings) -> tuple
     """From `power` on."""
     law, point = Archard(settings.hardness), shakedown_point(patches, settings.shear_yield)
     depth = law.cells(patches, speed) * to_cells(patches.grid.dy)
-    flash = flash_temperature(patches, speed).max(axis=(-2, -1))
-    row = patches.frictional_power, patches.normal_force, patches.max_pressure, point.load, point.traction, point.index
+    felt = patches.frictional_power, patches.normal_force, patches.max_pressure
+    row = *felt, point.load, point.traction, point.index, flash_temperature(patches, speed).max(axis=(-2, -1))
     area = lambda cells: np.where(cells, depth, 0.0).sum(axis=(-2, -1))
-    return *row, flash, area(True), area(law.seized(patches)), area(law.near_border(patches, speed))
+    return *row, area(True), area(law.seized(patches)), area(law.near_border(patches, speed))

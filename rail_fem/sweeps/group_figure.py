@@ -175,7 +175,7 @@ def draw_bars(
 def what_differs(results: Mapping[str, Mapping[str, PassResult]]) -> list[str]:
     """A name for each case: its own, and in what its scene differs from the most usual one."""
     scenes = [next(iter(of_case.values())).scene if of_case else None for of_case in results.values()]
-    facts: list[tuple[str, ...]] = [scene_facts(scene) if scene is not None else () for scene in scenes]
+    facts = [scene_facts(scene) if scene is not None else [] for scene in scenes]
     usual = [max(dict.fromkeys(column), key=column.count) for column in zip(*filter(None, facts))]
     return [
         f"{name}: {', '.join(f for f, common in zip(own, usual) if f != common) or 'the usual'}" if own else name
@@ -183,17 +183,17 @@ def what_differs(results: Mapping[str, Mapping[str, PassResult]]) -> list[str]:
     ]
 
 
-def scene_facts(scene: Scene) -> tuple[str, str, str, str, str, str]:
+def scene_facts(scene: Scene) -> list[str]:
     """What the cases of a sweep may differ in: speed, direction, load, wheel, foundation, steels in words."""
     wing, nose = (
         m.grade if m.strength == 1 else f"{m.grade} x{m.strength:.0%}"
         for m in (scene.materials.wing, scene.materials.nose)
     )
-    return (
+    return [
         show(scene.speed, "mph", 3),
         scene.direction,
         show(scene.static_wheel_load, "kN", 3),
         scene.wheel.name,
         show(scene.foundation.stiffness, "kN/mm", 3),
         wing if wing == nose else f"wing {wing}, nose {nose}",
-    )
+    ]

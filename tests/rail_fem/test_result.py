@@ -159,7 +159,7 @@ def test_a_first_impact_of_an_older_result_is_named_for_its_body_beside_the_whee
 
 def test_the_peaks_of_a_history_are_found_once_for_all_reported_forces(monkeypatch):
     result, calls = make_result(), []
-    monkeypatch.setattr(events, "force_peaks", lambda *asked: calls.append(asked) or {})
+    monkeypatch.setattr(events, "force_peaks", lambda *asked, **named: calls.append(asked) or {})
     found = reported(result)
     assert len(calls) == 1 and set(found) & set(FORCES) == set(result.peaks) & set(FORCES)
 
