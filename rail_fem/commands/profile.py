@@ -20,7 +20,7 @@ def profile(
     kind: Annotated[str | None, typer.Option(help="rail or wheel, where the file does not say")] = None,
     unit: Annotated[str | None, typer.Option(help="mm, cm, m or inch, where the file does not say")] = None,
     number: Annotated[int, typer.Option(help="which profile of an .mpt file, which section of a .slcs")] = 1,
-    smooth: Annotated[bool, typer.Option(help="take out scatter above 5 um")] = True,
+    smooth: Annotated[bool, typer.Option(help="take out scatter above 0.2 um")] = True,
     smoothing: Annotated[
         float | None, typer.Option(help="scatter to take out [um]; default: what the points show")
     ] = None,
