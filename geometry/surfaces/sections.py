@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.profiles.defects import noise_level, spikes, without_zigzag
-from geometry.profiles.doctor import MOST_TAKEN_OUT, SPIKE
+from geometry.profiles.doctor import MOST_TAKEN_OUT, SPIKE, scatter_and_kinks
 from geometry.profiles.formats.slices import RailSlices
 from geometry.profiles.profile import ProfileError
 
@@ -59,7 +59,7 @@ class SectionCrossing:
     def scatter(self) -> float:
         """Of the points across the line of their section, median of all bodies [m]."""
         bodies = [body for body in (*self.wings, *self.noses) if body is not None]
-        return float(np.median([noise_level(np.column_stack([body.u, body.z])) for body in bodies]))
+        return float(np.median([scatter_and_kinks(np.column_stack([body.u, body.z]))[0] for body in bodies]))
 
 
 def standing_out(body: SectionBody) -> tuple[np.ndarray, np.ndarray]:
