@@ -177,6 +177,8 @@ def cells_below(
     points = _face_run(mesh, face, middle, half_width)
     if len(points) < 2:
         raise CellError(f"fewer than two vertices of the face {face!r} within {half_width:g} m of {middle}: widen it")
+    if (points[0] == points[-1]).all():
+        raise CellError(f"half_width = {half_width:g} m reaches all around the face {face!r}: give a part of it")
     along = np.r_[0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T))]
     ends = [0]
     while ends[-1] < len(points) - 1:

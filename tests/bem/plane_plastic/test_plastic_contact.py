@@ -3,13 +3,16 @@
 import numpy as np
 import pytest
 
+from bem.material import STEEL
 from bem.plane.contact import Settings
 from bem.plane.coulomb import Control
 from bem.plane.internal import field_at, grid_below
+from bem.plane.mesh import Sizing, mesh_outline
 from bem.plane_plastic.cells import CellError, cells_below
 from bem.plane_plastic.yielding_contact import PlasticContact, Region
 from bem.steel.hardening import Hardening
 from bem.verification.cases import non_conformal
+from bem.verification.exact_problems import two_discs
 
 YIELD = 1e9  # the blocks' elastic peak under LOAD is 2.1 of it, first yield 1.79 of it
 LOAD = 10e6
@@ -120,6 +123,9 @@ def test_bad_cells_are_refused_in_words():
     contact = press(LOAD)
     with pytest.raises(CellError, match="depth = -0.001"):
         cells_below(contact.body.mesh, "face", np.zeros(2), 5e-3, -1e-3, 1e-4)
+    disc = mesh_outline(two_discs(1.0, STEEL, STEEL)[0].outline, Sizing(0.2))
+    with pytest.raises(CellError, match="half_width = 9 m reaches all around the face"):
+        cells_below(disc, "face", np.zeros(2), 9.0, 1.0, 0.5)
     with pytest.raises(CellError, match="widen it"):
         cells_below(contact.body.mesh, "face", np.zeros(2), 1e-6, 1e-3, 1e-4)
     with pytest.raises(CellError, match="boundary"):
