@@ -83,7 +83,7 @@ def check_rolling(direction: int, initial_slope: float = 1.0) -> None:
     """Refuses a direction that is not along x, and a part of Kalker's slope that is none."""
     if direction not in (1, -1):
         raise ContactInputError(f"direction {direction!r}: give +1 or -1")
-    if not 0 < initial_slope <= 1:
+    if not (is_finite(initial_slope) and 0 < initial_slope <= 1):
         raise ContactInputError(f"initial_slope {initial_slope!r}: give a part of Kalker's slope above 0, at most 1")
 
 

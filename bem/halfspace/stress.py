@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import fft
 
+from bem.checks import is_finite
 from bem.halfspace.influence import backward, forward, padded_shape
 from bem.patch import ContactInputError, Grid, Patch
 
@@ -120,13 +121,14 @@ def subsurface_stress(patch: Patch, depths: np.ndarray, poisson: float, body: in
     (2, 24, 24, 6)
     """
     depths = np.atleast_1d(np.asarray(depths, dtype=float))
-    if not depths.size:
-        raise ContactInputError("depths are empty: give at least one depth > 0 [m]")
+    if not depths.size or depths.ndim > 1:
+        how = f"of shape {depths.shape}" if depths.size else "empty"
+        raise ContactInputError(f"depths are {how}: give at least one depth > 0 [m]")
     if not (np.isfinite(depths).all() and (depths > 0).all()):
         raise ContactInputError(f"depths between {depths.min():g} and {depths.max():g} m: give finite depths > 0")
     if body not in (1, 2):
         raise ContactInputError(f"body {body!r}: 1 is above, 2 below")
-    if not -1 < poisson <= 0.5:
+    if not (is_finite(poisson) and -1 < poisson <= 0.5):
         raise ContactInputError(f"Poisson's ratio {poisson!r}: must lie above -1 and at most at 0.5")
     if patch.curved:
         raise ContactInputError(

@@ -21,6 +21,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from numbers import Integral
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -171,8 +172,9 @@ def _check(slices: Slices, load: float, sharing: Sharing, semi_length: float | N
             f"direction {slices.direction}: slices controlled by load press along (0, -1); turn both bodies so that"
             " this is their approach"
         )
-    if cells[0] < 1 or cells[1] < 4:
-        raise ContactInputError(f"cells {cells}: give at least 1 slice and 4 cells across")
+    whole = np.shape(cells) == (2,) and all(isinstance(count, Integral) for count in cells)
+    if not whole or cells[0] < 1 or cells[1] < 4:
+        raise ContactInputError(f"cells {cells!r}: give at least 1 slice and 4 cells across")
 
 
 def _line_loads(load: float, sharing: Sharing, semi_length: float, slices: int) -> tuple[np.ndarray, np.ndarray]:

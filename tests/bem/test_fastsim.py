@@ -225,6 +225,8 @@ def test_soft_bodies_creep_more():
 def test_impossible_input_is_refused():
     with pytest.raises(ContactInputError, match="bound"):
         fastsim(ellipse(), STEEL, STEEL, 0.3, MIXED, bound="square")
+    with pytest.raises(ContactInputError, match="initial_slope '0.5'"):
+        fastsim(ellipse(), STEEL, STEEL, 0.3, MIXED, initial_slope="0.5")
     with pytest.raises(ContactInputError, match="1/m"):
         fastsim(ellipse(), STEEL, STEEL, 0.3, Creepage(spin=400.0))
     with pytest.raises(ContactInputError, match="ellipse"):

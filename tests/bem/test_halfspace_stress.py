@@ -10,7 +10,7 @@ from bem.halfspace.fastsim import elliptic_patch
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.stress import rectangle_stress, subsurface_stress
 from bem.halfspace.tangential import rolling_contact
-from bem.material import STEEL
+from bem.material import STEEL, Elastic
 from bem.patch import ContactInputError, Creepage
 from bem.slices.coupled import SlicePatch
 from tests.bem.closed_forms import ellipse_axis_stress
@@ -174,6 +174,8 @@ def test_patches_along_a_curved_face_and_no_depths_are_refused():
     patch = round_patch(12)
     with pytest.raises(ContactInputError, match="empty"):
         subsurface_stress(patch, [], 0.3)
+    with pytest.raises(ContactInputError, match=r"shape \(1, 2\)"):
+        subsurface_stress(patch, [[1e-3, 2e-3]], 0.3)
     face = np.column_stack([patch.grid.y, -(patch.grid.y**2)])
     curved = SlicePatch(
         patch.grid,
@@ -190,7 +192,7 @@ def test_patches_along_a_curved_face_and_no_depths_are_refused():
         subsurface_stress(curved, [1e-3], 0.3)
 
 
-@pytest.mark.parametrize("poisson", [2.0, -1.0, float("nan")])
+@pytest.mark.parametrize("poisson", [2.0, -1.0, float("nan"), Elastic(210e9, 0.3)])
 def test_a_poissons_ratio_that_no_material_has_is_refused(poisson):
     with pytest.raises(ContactInputError, match="Poisson"):
         subsurface_stress(elliptic_patch(5e-3, 4e-3, 1e4, (10, 10)), [1e-3], poisson)

@@ -95,8 +95,9 @@ def test_bad_input_says_what_is_wrong():
         loaded_slices(Slices(SLICES.lower, SLICES.upper, direction=(0.1, -1.0)), load=LOAD)
     with pytest.raises(ContactInputError, match="give semi_length"):
         loaded_slices(Slices(SLICES.lower, SLICES.upper), load=LOAD)
-    with pytest.raises(ContactInputError, match="at least 1 slice"):
-        loaded_slices(SLICES, load=LOAD, cells=(10, 2))
+    for cells in ((10, 2), 20, (8.5, 10), (8, 10, 12)):
+        with pytest.raises(ContactInputError, match="at least 1 slice"):
+            loaded_slices(SLICES, load=LOAD, cells=cells)
 
 
 def test_a_pressure_beyond_small_strains_is_said():
