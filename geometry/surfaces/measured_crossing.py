@@ -205,7 +205,9 @@ def _smooth_line(body: SectionBody, label: str) -> tuple[np.ndarray, Callable[[n
         return points, lambda u: np.interp(u, *points.T)
     noise, corners = scatter_and_kinks(points)
     if noise > NOISE:
-        points, corners = smoothed(points, corners, TAKEN * noise, TAKEN * noise)
+        quiet, found = smoothed(points, corners, TAKEN * noise, TAKEN * noise)
+        if (np.diff(quiet[:, 0]) > 0).all():  # else a steep face of close points would turn back
+            points, corners = quiet, found
     return points, with_corners(points, corners, label).height
 
 

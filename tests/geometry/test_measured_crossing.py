@@ -48,6 +48,15 @@ def test_ends_go_straight_on_where_that_is_asked_for(sections):
     wheel_path(wheel_profile("P8"), long, np.array([STATIONS[-1] + 1.0]))
 
 
+def test_steep_faces_of_points_printed_coarser_than_they_lie_do_not_turn_back(cast, sections):
+    """Every 0.1 mm, to 0.1 mm: smoothed, some faces would, and stay as they are."""
+    every = [np.arange(points[0, 0], points[-1, 0], 0.1 * MM) for points in sections[::2]]
+    printed = [np.column_stack([y, np.round(np.interp(y, *own.T), 4)]) for y, own in zip(every, sections[::2])]
+    y = np.linspace(0.02, 0.05, 7)
+    height = measured_crossing(STATIONS[::2], printed).top_height(0.0, y, "wing")
+    assert height == pytest.approx(cast.top_height(0.0, y, "wing"), abs=0.1 * MM)
+
+
 def test_outlines_have_the_same_points_and_lie_on_the_surface(crossing):
     for body, positions in (("wing", (-0.7, 0.1, 0.4)), ("nose", (0.25, 0.4))):
         for x in positions:
