@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from bem.plane.body import Body, CondensedBody
-from bem.plane.boundary import MEMORY_LIMIT
+from bem.plane.boundary import MEMORY_LIMIT, EquilibriumError
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.contact_result import ContactResult
 from bem.plane.coulomb import (
@@ -140,6 +140,11 @@ class PlasticContact:
         Errors: NoEquilibriumError with the load reached (the state is that of it), CellError, EquilibriumError.
         """
         begin = self.control
+        if (np.isnan(begin.load) != np.isnan(control.load)).any():
+            raise EquilibriumError(
+                f"load {control.load}, motion {control.motion}: each component is controlled by what the greatest"
+                f" control gave, a load or a motion, now load {begin.load} and motion {begin.motion}"
+            )
 
         def between(share: float) -> Control:
             one, two = (begin.motion, begin.load), (control.motion, control.load)

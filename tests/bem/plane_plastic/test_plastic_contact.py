@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from bem.material import STEEL
+from bem.plane.boundary import EquilibriumError
 from bem.plane.contact import Settings
 from bem.plane.coulomb import Control
 from bem.plane.internal import field_at, grid_below
@@ -121,6 +122,8 @@ def test_bad_cells_are_refused_in_words():
     with pytest.raises(CellError, match="yields = 'both'"):
         press(LOAD, yields="both")
     contact = press(LOAD)
+    with pytest.raises(EquilibriumError, match="what the greatest control gave"):
+        contact.go_to(Control.of(motion=(None, -1e-5)))
     with pytest.raises(CellError, match="depth = -0.001"):
         cells_below(contact.body.mesh, "face", np.zeros(2), 5e-3, -1e-3, 1e-4)
     disc = mesh_outline(two_discs(1.0, STEEL, STEEL)[0].outline, Sizing(0.2))
