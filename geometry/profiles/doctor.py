@@ -330,7 +330,7 @@ def without_crowd(points, lines, out):
     """Points so near to each other that their tangent is the print's rounding left out: their scatter is small, what it
     makes of a curve is not."""
     noise = noise_level(points)
-    if len(points) < 30 or not PRINTED < noise <= NOISE:
+    if len(points) < 30 or not PRINTED < noise <= SPIKE:
         return points, lines
     keep = thinned(points, kinks(points, noise), min(noise / DENSE[0], DENSE[1]))
     if len(keep) < len(points):

@@ -200,7 +200,7 @@ def outline(line: np.ndarray, what: str) -> np.ndarray:
 def _smooth_line(body: SectionBody, label: str) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
     """Points (k, 2) of y, z and a height of splines between the points' own corners: chords would be flats with
     edges. Without the points' scatter, as of a wheel."""
-    points = np.column_stack([body.face + body.u, body.z])
+    points = body.line + [body.face, 0.0]
     if len(points) < 8:
         return points, lambda u: np.interp(u, *points.T)
     noise, corners = scatter_and_kinks(points)

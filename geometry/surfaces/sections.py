@@ -4,12 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.profiles.defects import noise_level, spikes, without_zigzag
-from geometry.profiles.doctor import MOST_TAKEN_OUT, SPIKE, scatter_and_kinks
+from geometry.profiles.defects import noise_level, spikes, thinned, without_zigzag
+from geometry.profiles.doctor import LAG, MOST_TAKEN_OUT, NOISE, SPIKE, scatter_and_kinks
 from geometry.profiles.formats.slices import RailSlices
 from geometry.profiles.profile import ProfileError
 
 FACE_DEPTH = 0.014  # below the section's own top, where a gauge face is placed [m]
+CLOSE = 0.15e-3  # of a section's points: where they scatter, those nearer to one another are left out [m]
 FLOOR = 0.025  # deeper than this between two bodies is a flangeway [m]
 NARROWEST = 2e-3  # of a body [m]
 STEEPEST = 1.0  # slope across of a running surface: what is steeper is a face
@@ -23,6 +24,13 @@ class SectionBody:
     face: float
     u: np.ndarray
     z: np.ndarray
+
+    @property
+    def line(self) -> np.ndarray:
+        """(k, 2)  u, z of the points; of those that scatter none nearer than CLOSE to the one before [m]."""
+        points = np.column_stack([self.u, self.z])
+        apart, farther = (points[thinned(points, np.empty(0, int), least)] for least in (CLOSE, LAG))
+        return apart if max(noise_level(apart), noise_level(farther)) > NOISE else points
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +67,7 @@ class SectionCrossing:
     def scatter(self) -> float:
         """Of the points across the line of their section, median of all bodies [m]."""
         bodies = [body for body in (*self.wings, *self.noses) if body is not None]
-        return float(np.median([scatter_and_kinks(np.column_stack([body.u, body.z]))[0] for body in bodies]))
+        return float(np.median([scatter_and_kinks(body.line)[0] for body in bodies]))
 
 
 def standing_out(body: SectionBody) -> tuple[np.ndarray, np.ndarray]:

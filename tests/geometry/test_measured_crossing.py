@@ -8,6 +8,7 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing, CrossingError
 from geometry.surfaces.measured_crossing import SEGMENTS, measured_crossing, moved
 from geometry.surfaces.section_cuts import cut_section
+from geometry.surfaces.sections import SectionCrossing
 
 MM = 1e-3
 STATIONS = np.concatenate([[-1.0, -0.9], np.arange(-0.8, -0.05, 0.05), np.arange(0.0, 0.6, 0.01)])
@@ -46,6 +47,16 @@ def test_ends_go_straight_on_where_that_is_asked_for(sections):
     with pytest.raises(CrossingError, match="leaves the modelled crossing"):
         wheel_path(wheel_profile("P8"), short, np.array([STATIONS[-1]]))
     wheel_path(wheel_profile("P8"), long, np.array([STATIONS[-1] + 1.0]))
+
+
+def test_of_points_that_lie_closer_than_they_are_printed_some_are_left_out(sections):
+    """They cost minutes of smoothing; those of exact sections stay, however close."""
+    section = sections[40]
+    y = np.arange(section[0, 0], section[-1, 0], 0.02 * MM)
+    exact = np.column_stack([y, np.interp(y, *section.T)])
+    for points, kept in ((exact, 1.0), (exact.round(5), 0.2)):
+        (body, *_) = SectionCrossing.from_points(STATIONS[40:41], [points]).wings
+        assert len(body.line) == pytest.approx(kept * len(body.u), rel=0.5 * (1 - kept))
 
 
 def test_steep_faces_of_points_printed_coarser_than_they_lie_do_not_turn_back(cast, sections):
