@@ -2,6 +2,7 @@
 
 import functools
 import math
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -129,7 +130,7 @@ def low_pass(
     """Write a run's history with forces and heights low-passed, as P2 is quoted at 20 Hz; the run stays as it is."""
     from rail_fem.files.atomic import write_text_atomically
     from rail_fem.result.history import shown_table
-    from rail_fem.result.low_pass import filtered_peak, low_passed, overshoot
+    from rail_fem.result.low_pass import filtered_peak, is_left, low_passed, overshoot
     from rail_fem.result.result import load
     from rail_fem.scene.units import engineering, parse
 
@@ -145,4 +146,6 @@ def low_pass(
         if peak is not None:
             found = f"{engineering(peak.value, 'N')} at x = {1e3 * peak.x:.1f} mm{overshoot(result, peak)}"
         say(f"largest force low-passed at {cutoff}: {found}")
+        if is_left(rate := 1 / float(min(b - a for a, b in pairwise(result.history["time"]))), frequency):
+            say(f"the record has {rate:.3g} rows a second, too few for {cutoff}: it is written as it is")
         say(f"written {out}")

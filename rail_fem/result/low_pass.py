@@ -36,7 +36,7 @@ def low_pass(values: np.ndarray, rate: float, cutoff: float) -> np.ndarray:
         raise ValueError(f"low pass: cut-off {cutoff:g} Hz and rate {rate:g} Hz must be positive")
     if not np.isfinite(values).all():
         raise ValueError(f"low pass: {np.sum(~np.isfinite(values))} of {values.size} value(s) are not finite")
-    if cutoff >= MOST_OF_NYQUIST * rate / 2 or len(values) < 3:
+    if is_left(rate, cutoff) or len(values) < 3:
         return values.copy()
     if cutoff * len(values) < LEAST_PERIODS * rate:
         raise ValueError(
@@ -46,6 +46,11 @@ def low_pass(values: np.ndarray, rate: float, cutoff: float) -> np.ndarray:
     longer = np.concatenate([np.full(pad, values[0]), values, np.full(pad, values[-1])])
     filtered = sosfiltfilt(butter(ORDER, cutoff, fs=rate, output="sos"), longer, padtype=None)
     return filtered[pad : pad + len(values)]
+
+
+def is_left(rate: float, cutoff: float) -> bool:
+    """Whether a record of so many samples per second [Hz] passes a filter of this cut-off [Hz] as it is."""
+    return cutoff >= MOST_OF_NYQUIST * rate / 2
 
 
 def is_its_own(time: np.ndarray, row: int | np.ndarray, cutoff: float) -> np.ndarray:

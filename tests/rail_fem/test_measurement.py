@@ -259,4 +259,6 @@ def test_the_commands_score_draw_and_filter_a_run(result, tmp_path):
         assert done.exit_code == code and said in done.output, done.output
     done = CliRunner().invoke(app, ["low-pass", str(tmp_path / "run"), "--out", str(table)])
     assert done.exit_code == 0 and "largest force low-passed at 20 Hz" in done.output
-    assert table.read_text().startswith("# low-passed at 20 Hz")
+    assert table.read_text().startswith("# low-passed at 20 Hz") and "as it is" not in done.output
+    done = CliRunner().invoke(app, ["low-pass", str(tmp_path / "run"), "--out", str(table), "--cutoff", "1 MHz"])
+    assert done.exit_code == 0 and "too few for 1 MHz: it is written as it is" in done.output, done.output
