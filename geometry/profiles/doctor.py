@@ -21,7 +21,7 @@ from geometry.profiles.defects import (
 from geometry.profiles.formats.raw import RawProfile
 from geometry.profiles.profile import Piece, Profile, ProfileError, line
 from geometry.profiles.shape import find_unit, guess_kind, rail_up, wheel_poses
-from geometry.profiles.smoothing import from_neighbours, smoothed
+from geometry.profiles.smoothing import from_neighbours, normals, smoothed
 
 NOISE = 0.2e-6  # scatter that is smoothed [m], so the print in um; what finer scatter does to forces is below 0.5 %
 LAG = 0.7e-3  # at which scatter is looked for besides; from 1 mm on it is the bends of a new wheel [m]
@@ -376,9 +376,8 @@ def scatter_and_kinks(points: np.ndarray) -> tuple[float, np.ndarray]:
         noise, line = together, apart
     if noise <= NOISE:
         return noise, corners
-    step, moved = np.gradient(line, axis=0), smoothed(line, kinks(line, noise), noise)[0] - line
-    across = (step[:, 0] * moved[:, 1] - step[:, 1] * moved[:, 0]) / np.hypot(*step.T)
-    found = float(np.sqrt(np.mean(across**2)))
+    moved = smoothed(line, kinks(line, noise), noise)[0] - line
+    found = float(np.sqrt(np.mean((moved * normals(line)).sum(axis=1) ** 2)))
     return (noise if found > 0.4 * noise else found), corners
 
 

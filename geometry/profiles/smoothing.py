@@ -91,6 +91,12 @@ def stretch_move(part: np.ndarray, amount: float | None = None) -> np.ndarray:
 HALVINGS = 60  # of the interval of amounts, e^-70 to e^10
 
 
+def normals(line: np.ndarray) -> np.ndarray:
+    """(n, 2)  unit normals of a line at its points, to the left."""
+    step = np.gradient(line, axis=0)
+    return np.column_stack([-step[:, 1], step[:, 0]]) / np.hypot(*step.T)[:, None]
+
+
 def displacement_across(s: np.ndarray, part: np.ndarray, amount: float) -> np.ndarray:
     """(n, 2)  displacement to the smoothing splines that move points (n, 2) by `amount` rms across their line (a
     straight line where even that moves less).
@@ -99,8 +105,7 @@ def displacement_across(s: np.ndarray, part: np.ndarray, amount: float) -> np.nd
     (Reinsch, Numer. Math. 10 (1967) 177).
     """
     h, lines, fits = steps_of(s), np.ascontiguousarray(part.T), np.empty((2, len(s)))
-    step = np.gradient(part, axis=0)
-    normal = np.column_stack([-step[:, 1], step[:, 0]]) / np.hypot(*step.T)[:, None]
+    normal = normals(part)
     low, high = -70.0, 10.0
     for _ in range(HALVINGS):
         middle = (low + high) / 2

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geometry.profiles.doctor import NOISE, TAKEN, scatter_and_kinks, with_corners
+from geometry.profiles.doctor import NOISE, TAKEN, with_corners
 from geometry.profiles.profile import ProfileError, along, lengths
 from geometry.profiles.smoothing import smoothed
 from geometry.surfaces.bodies import NO_METAL, CrossingError, TwoBodies
@@ -203,7 +203,7 @@ def _smooth_line(body: SectionBody, label: str) -> tuple[np.ndarray, Callable[[n
     points = body.line + [body.face, 0.0]
     if len(points) < 8:
         return points, lambda u: np.interp(u, *points.T)
-    noise, corners = scatter_and_kinks(points)
+    noise, corners = body.scatter
     if noise > NOISE:
         quiet, found = smoothed(points, corners, TAKEN * noise, TAKEN * noise)
         if (np.diff(quiet[:, 0]) > 0).all():  # else a steep face of close points would turn back

@@ -1,13 +1,14 @@
 """Sections of a crossing, measured or drawn, told apart into wing and nose. Axes: geometry.axes."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from geometry.profiles.defects import noise_level, spikes, thinned, without_zigzag
 from geometry.profiles.doctor import LAG, MOST_TAKEN_OUT, NOISE, SPIKE, scatter_and_kinks
 from geometry.profiles.formats.slices import RailSlices
-from geometry.profiles.profile import ProfileError
+from geometry.profiles.profile import ProfileError, lengths
 
 FACE_DEPTH = 0.014  # below the section's own top, where a gauge face is placed [m]
 CLOSE = 0.15e-3  # of a section's points: where they scatter, those nearer to one another are left out [m]
@@ -25,12 +26,19 @@ class SectionBody:
     u: np.ndarray
     z: np.ndarray
 
-    @property
+    @cached_property
     def line(self) -> np.ndarray:
         """(k, 2)  u, z of the points; of those that scatter none nearer than CLOSE to the one before [m]."""
         points = np.column_stack([self.u, self.z])
+        if np.diff(lengths(points)).min(initial=CLOSE) >= CLOSE:
+            return points
         apart, farther = (points[thinned(points, np.empty(0, int), least)] for least in (CLOSE, LAG))
         return apart if max(noise_level(apart), noise_level(farther)) > NOISE else points
+
+    @cached_property
+    def scatter(self) -> tuple[float, np.ndarray]:
+        """Scatter [m] and kinks of `line` (indices)."""
+        return scatter_and_kinks(self.line)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +75,7 @@ class SectionCrossing:
     def scatter(self) -> float:
         """Of the points across the line of their section, median of all bodies [m]."""
         bodies = [body for body in (*self.wings, *self.noses) if body is not None]
-        return float(np.median([scatter_and_kinks(body.line)[0] for body in bodies]))
+        return float(np.median([body.scatter[0] for body in bodies]))
 
 
 def standing_out(body: SectionBody) -> tuple[np.ndarray, np.ndarray]:
