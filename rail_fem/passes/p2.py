@@ -37,9 +37,11 @@ def p2_increment(
 
 def p2_force(static_load: float, increment: float, reading: str = "increment") -> float:
     """P2 [N] with the factor 1.2 on the increment ("increment") or on all ("all", as printed)."""
+    if reading == "increment":
+        return static_load + DYNAMIC_FACTOR * increment
     if reading == "all":
         return DYNAMIC_FACTOR * (static_load + increment)
-    return static_load + DYNAMIC_FACTOR * increment
+    raise ValueError(f'reading {reading!r} of the P2 formula is not known: "increment" or "all"')
 
 
 def p1_force(
