@@ -200,6 +200,8 @@ class Patch:
         What is doubtful.
     local_creepage : LocalCreepage or None
         Of a patch that is laid along a curved face.
+    modulus : float
+        E* [Pa] of the bodies whose pressure it is, NaN where it is not known.
 
     Examples
     --------
@@ -224,8 +226,17 @@ class Patch:
     error: ErrorEstimate = field(default_factory=ErrorEstimate)
     warnings: tuple[str, ...] = ()
     local_creepage: LocalCreepage | None = None
+    modulus: float = np.nan
 
     curved = False  # whether the grid is laid along a curved face (slices), so that no plane half-space lies below it
+
+    def refuse_other_modulus(self, modulus: float) -> None:
+        """Raise ContactInputError for bodies of another contact modulus [Pa] than those whose pressure this is."""
+        if abs(self.modulus - modulus) > 1e-9 * modulus:
+            raise ContactInputError(
+                f"bodies of E* = {modulus:.6g} Pa on a patch whose pressure was solved for {self.modulus:.6g} Pa: solve"
+                " its normal contact with the same bodies"
+            )
 
     @cached_property
     def contact(self) -> np.ndarray:

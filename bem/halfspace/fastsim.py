@@ -148,6 +148,7 @@ def fastsim(
     reach = contact_bounds(patch)
     notes += check_creepage(creepage, reach)
     pair = Pair.of(upper, lower)
+    patch.refuse_other_modulus(pair.modulus)
     solve = lambda grid, pressure: _tractions(grid, pressure, pair, law, creepage, bound, direction, initial_slope)
     traction, slip, stick = solve(patch.grid, patch.pressure)
     error = _estimate(patch, traction, solve) if estimate and law.static > 0 else patch.error

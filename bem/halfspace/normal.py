@@ -144,7 +144,8 @@ def _solve(gap: Gap, grid: Grid, pair: Pair, load, approach, estimate: bool) -> 
     operator = NormalOperator(grid, pair)
     solution = solve_pressure(operator, values, load, approach, start)
     cost = Cost(np.nan, solution.iterations, operator.products)
-    patch = Patch(grid, values, solution.pressure, solution.approach, HALF_SPACE, cost=cost, warnings=solution.notes)
+    fields = values, solution.pressure, solution.approach
+    patch = Patch(grid, *fields, HALF_SPACE, cost=cost, warnings=solution.notes, modulus=pair.modulus)
     if estimate and coarse is not None:
         coarser = _coarse_patch(gap, coarse.grid, coarse.gap, pair, load, approach)
         patch.error = _estimate(coarser, coarse, patch, approach is None)

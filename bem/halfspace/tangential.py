@@ -189,7 +189,8 @@ class _Problem:
 
     @classmethod
     def of(cls, patch: Patch, pair: Pair, friction: float, motion, force: Force, direction: int, tolerance: float):
-        """On a patch; refuses a force that friction cannot carry."""
+        """On a patch; refuses a force that friction cannot carry, and other bodies than the patch's."""
+        patch.refuse_other_modulus(pair.modulus)
         check_force(force, friction * patch.normal_force)
         refuse_unless_positive(ContactInputError, tolerance=tolerance)
         place = patch.grid, patch.gap, patch.pressure, patch.approach
@@ -208,10 +209,20 @@ def _solve(patch: Patch, problem: _Problem, estimate: bool, own_pressure: bool, 
         )
     moved, (_, _, low, high) = motion.added(*map(float, solution.rigid)), contact_bounds(patch)
     cost = patch.cost + Cost(time.perf_counter() - started, solution.iterations, 2 * solution.iterations + 1)
-    fields = _last(solution.traction), _last(solution.slip), solution.stick, friction, moved.about((low + high) / 2)
-    local = moved if isinstance(moved, LocalCreepage) else None
-    normal = patch.grid, patch.gap, turned.pressure, turned.approach, patch.method
-    return Patch(*normal, *fields, cost, error, patch.warnings + notes, local)
+    return replace(
+        patch,
+        pressure=turned.pressure,
+        approach=turned.approach,
+        traction=_last(solution.traction),
+        slip=_last(solution.slip),
+        stick=solution.stick,
+        friction=friction,
+        creepage=moved.about((low + high) / 2),
+        cost=cost,
+        error=error,
+        warnings=patch.warnings + notes,
+        local_creepage=moved if isinstance(moved, LocalCreepage) else None,
+    )
 
 
 def _last(field: np.ndarray) -> np.ndarray:

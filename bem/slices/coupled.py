@@ -313,7 +313,7 @@ def _solve_on(problem: _Problem, grid: Grid, corrections: list[Flexibility]) -> 
         )
     fields, place = (along * cosines, solution.pressure / cosines, solution.approach), problem.gap.place(grid.y)
     cost = Cost(np.nan, iterations, operator.products)
-    return SlicePatch(grid, *fields, "2.5D slices", cost=cost, warnings=notes, **place)
+    return SlicePatch(grid, *fields, "2.5D slices", cost=cost, warnings=notes, modulus=problem.pair.modulus, **place)
 
 
 def _gap_at(problem: _Problem, grid: Grid, approach: float) -> np.ndarray:

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from bem.halfspace.fastsim import fastsim
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.tangential import rolling_contact, shift_contact
-from bem.material import STEEL
+from bem.material import STEEL, Elastic
 from bem.patch import ContactInputError, Creepage, Grid, NoContactError, PatchCutError
 
 GRID = Grid.over((-0.012, 0.012), (-0.012, 0.012), 24, 24)
@@ -170,6 +171,14 @@ def test_other_impossible_tangential_input_is_refused():
         shift_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-6), previous=patch)
     with pytest.raises(ContactInputError, match="finite"):
         rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(np.nan))
+
+
+@pytest.mark.parametrize("solve", [rolling_contact, shift_contact, fastsim])
+def test_other_bodies_than_those_of_the_pressure_are_refused(solve):
+    softer = Elastic(70e9, 0.3)
+    rolled = solve(solved(), STEEL, STEEL, 0.3, Creepage(1e-6))
+    with pytest.raises(ContactInputError, match=r"E\* = 3.84615e\+10 Pa .* 1.15385e\+11 Pa"):
+        solve(rolled, softer, softer, 0.3, Creepage(1e-6))
 
 
 def test_a_pressure_beyond_small_strains_is_said():

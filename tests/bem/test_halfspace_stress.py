@@ -188,8 +188,9 @@ def test_patches_along_a_curved_face_and_no_depths_are_refused():
         direction=np.array([0.0, -1.0]),
         initial_approach=np.zeros(2),
     )
-    with pytest.raises(ContactInputError, match="curved face"):
-        subsurface_stress(curved, [1e-3], 0.3)
+    for patch in (curved, rolling_contact(curved, STEEL, STEEL, 0.3, Creepage(1e-3))):
+        with pytest.raises(ContactInputError, match="curved face"):
+            subsurface_stress(patch, [1e-3], 0.3)
 
 
 @pytest.mark.parametrize("poisson", [2.0, -1.0, float("nan"), Elastic(210e9, 0.3)])
