@@ -130,6 +130,14 @@ def pytest_runtest_makereport(item, call):
     skip_instead(outcome, call, str(item.path))
 
 
+@pytest.fixture(scope="session")
+def scene():
+    """Of the main job."""
+    from rail_fem.case.casefile import load_case
+
+    return load_case("nose_transfer").scene
+
+
 @pytest.fixture
 def undrawn(monkeypatch):
     """Runs leave no figures and no bar of form, nine tenths of what one by a light model costs: for tests of what else

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +17,7 @@ from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.strips import strip_angles, strip_creepages
 from rail_fem.damage.wear import dry_laws, worn_area
 
-CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
+CASE = rail_fem.example("damage/crossing_transfer")
 LAWS = dry_laws(5e9)
 COARSE = PatchOptions(cells=20, hardness=5e9)
 

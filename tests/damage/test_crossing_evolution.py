@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +9,7 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.case.examples import example
 from rail_fem.damage import crossing_site as crossing_site_module
 from rail_fem.damage import study
 from rail_fem.damage.evolution import Stepping, begin, evolve
@@ -25,7 +25,7 @@ from rail_fem.hierarchy import solve
 from rail_fem.processes.pool import Pool, Workers
 from rail_fem.settings.damage import DamageSettings
 
-CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
+CASE = example("damage/crossing_transfer")
 QUICK = {"damage.cells": 12, "damage.patch_spacing": "6 mm", "damage.plan_spacing": "0.5 mm"}
 RUN = {"start": "280 mm", "end": "420 mm"}
 

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from rail_fem.damage.fleet_life import fleet_life
 from rail_fem.damage.sites import crossing_site, tonnage_of, traffic_of
 from rail_fem.damage.study import study_mark
 
-CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
+CASE = "damage/crossing_transfer"
 DRAW = {
     "scene.wheel.profile": {"of": ["P8", "P8-worn"], "weights": [1, 3]},
     "scene.speed": {"low": "60 mph", "high": "80 mph"},

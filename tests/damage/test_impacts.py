@@ -1,6 +1,5 @@
 """The largest force of a pass and the landing that makes it: a closed form, and a flat cone that bounces on a nose."""
 
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,7 +15,7 @@ from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.vertical_dynamics import Masses, integrate
 from rail_fem.passes.vertical_pass import LightPass, run_pass
 
-CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_mix.toml"
+CASE = "damage/crossing_mix"
 MIX = load_case(CASE)
 P1 = MIX.scene.replace(wheel={"profile": "P1"})
 WHOLE = (0.095, 0.7)

@@ -1,7 +1,5 @@
 """Wheels that wear on straight line and are turned at a limit: what they lose, steps and positions halved, refusals."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -15,7 +13,7 @@ from rail_fem.damage.wear import dry_laws, laws_of
 from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.result.runfolder import digest
 
-CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
+CASE = "damage/crossing_transfer"
 Y = wheel_lines(LINES)
 TURNING = {"line": {"hollow": "0.05 mm"}, "ages": 2}
 

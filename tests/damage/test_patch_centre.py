@@ -1,7 +1,5 @@
 """Creepages of a plane patch belong to its centre of pressure: kinematics, and half-space rolling on the true gaps."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -15,7 +13,7 @@ from rail_fem.contact.contact_table import contact_table, patch_sizes, surface_g
 from rail_fem.damage.crossing import PatchOptions, table_contacts
 from rail_fem.damage.strips import plane_creepages, point_creepages
 
-CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
+CASE = "damage/crossing_transfer"
 WING = 0
 WINDOW = (-14e-3, 14e-3), (-18e-3, 18e-3)
 

@@ -2,7 +2,6 @@
 heals."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.reach import depth_of_patch, reach_of
 from rail_fem.damage.sites import crossing_site
 
-CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
+CASE = "damage/crossing_transfer"
 QUICK = {"damage.cells": 12, "damage.plan_spacing": "0.5 mm"}
 SCENE = load_case(CASE).scene
 ACROSS = np.arange(-20, 21) * 0.5e-3

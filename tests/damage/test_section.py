@@ -3,7 +3,6 @@
 import json
 import re
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,6 +16,7 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Wheelset
 from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.case.examples import example
 from rail_fem.contact.load_sharing import static_equilibrium
 from rail_fem.damage import study
 from rail_fem.damage.evolution import Stepping, begin, evolve
@@ -31,7 +31,7 @@ from rail_fem.damage.summary import _share_by, shortest_block, summary, years_of
 from rail_fem.damage.wear import laws_of, worn_area
 from rail_fem.damage.worn_profile import WornOutError, depth_between
 
-CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "switch_section.toml"
+CASE = example("damage/switch_section")
 QUICK = {"damage.cells": 20, "damage.switch.positions": 3}
 
 

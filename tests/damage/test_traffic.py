@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
-from rail_fem.case.examples import example
 from rail_fem.damage.drivers import elasticity
 from rail_fem.damage.report import _traffic
 from rail_fem.damage.sites import tonnage_of
@@ -26,7 +25,7 @@ def test_a_studys_traffic_is_told_as_tonnage_and_between_inspections():
         {"share": 0.25, "axle_load": "22 t", "speed": "60 km/h", "stock": "freight"},
     ]
     changes = {"damage.traffic": kinds, "damage.axles_per_year": 1e6, "damage.track_category": "1A"}
-    case = load_case(example("damage/crossing_mix"), changes)
+    case = load_case("damage/crossing_mix", changes)
     found = tonnage_of(case.scene, case.damage)
     assert found == pytest.approx({"gross": 12 + 5.5, "equivalent": 1.25 * 12 + 1.15 * 5.5})
     told = _traffic(case.damage, found)

@@ -1,7 +1,5 @@
 """Wheels that are turned: what they have lost at each age, the traffic that they make, what stays as it was."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
@@ -15,7 +13,7 @@ from rail_fem.damage.summary import summary
 from rail_fem.damage.turning import between
 from rail_fem.result.runfolder import digest
 
-CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
+CASE = "damage/crossing_transfer"
 QUICK = {"damage.cells": 12, "damage.patch_spacing": "8 mm", "damage.plan_spacing": "0.5 mm"}
 QUICK |= {"scene.wheel.profile": "P8"}
 RUN = {"start": "310 mm", "end": "390 mm"}

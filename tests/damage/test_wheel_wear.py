@@ -1,7 +1,6 @@
 """Wear of the wheel: volume around its circumference, where on the profile, hardness, and carried over the passes."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from rail_fem.damage.summary import summary
 from rail_fem.damage.traffic import WELD
 from rail_fem.damage.wheel_wear import circumference, wheel_lines, wheel_wear
 
-CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
+CASE = "damage/crossing_transfer"
 QUICK = {"damage.cells": 12, "damage.patch_spacing": "6 mm", "damage.plan_spacing": "0.5 mm"}
 RUN = {"start": "280 mm", "end": "420 mm"}
 

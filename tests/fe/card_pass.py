@@ -14,13 +14,12 @@ from rail_fem.case.casefile import load_case
 from rail_fem.fe.run import CHECKPOINT
 from rail_fem.models import fe_full
 from rail_fem.settings.explicit import FeSettings
-from tests.rail_fem.test_readme import ROOT
 
 LONGEST = 7200  # of a part of the pass [s]
 
 
 def main(device: str, folder: str, steps: str) -> None:
-    scene = load_case(ROOT / "cases" / "nose_transfer.toml").scene
+    scene = load_case("nose_transfer").scene
     settings = FeSettings(
         element_size="5 mm",
         start="310 mm",

@@ -22,11 +22,9 @@ from rail_fem.models import fe_full
 from rail_fem.run.form import PANEL
 from tests.fe.elastic_wheel import casting_below, on_elastic_wheel, wheel_behind
 
-ROOT = Path(__file__).resolve().parents[2]
-
 
 def main(steps: int, folder: Path | None = None, how: str = "") -> None:
-    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    case = load_case("nose_transfer")
     settings = case.runs["fe_full"].model_copy(
         update={
             "max_steps": steps,

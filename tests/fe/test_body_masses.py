@@ -2,13 +2,11 @@
 
 import dataclasses
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from mpi4py import MPI
 
-from rail_fem.case.casefile import load_case
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.mass_scaling import brick
@@ -19,13 +17,6 @@ from rail_fem.fe.running import running_of
 from rail_fem.fe.state import VISCOUS_WORK
 from rail_fem.fe.structure import Structure, cell_masses, critical_steps
 from rail_fem.settings.explicit import FeSettings
-
-ROOT = Path(__file__).resolve().parents[2]
-
-
-@pytest.fixture(scope="module")
-def scene():
-    return load_case(ROOT / "cases" / "nose_transfer.toml").scene
 
 
 def passage_of(scene, **settings):

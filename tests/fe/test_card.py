@@ -17,7 +17,6 @@ from rail_fem.fe.run import CHECK_EVERY, Run
 from rail_fem.result.result import load
 from tests.fe.card_job import Job, by_card, by_processor
 from tests.fe.card_pass import run as run_pass
-from tests.rail_fem.test_readme import ROOT
 
 WHOLE, WINDOW = Job(20), Job(20, window=1)
 AGAIN = Job(20, every=5, anew=1)
@@ -92,8 +91,7 @@ def test_a_case_that_a_card_does_not_take_is_refused_with_what_it_lacks(monkeypa
     monkeypatch.setattr("rail_fem.fe.card.device.missing", lambda: "")
     on_card = {"run.fe_full.device": "cuda"}
     one, full = (
-        load_case(ROOT / "cases" / "nose_transfer.toml", on_card | {"run.fe_full.element": element})
-        for element in ("one-point", "full")
+        load_case("nose_transfer", on_card | {"run.fe_full.element": element}) for element in ("one-point", "full")
     )
     assert unfit_for_card(full.scene, full.runs["fe_full"], 1) == []
     (why,) = unfit_for_card(full.scene, full.runs["fe_full"], 2)

@@ -10,7 +10,6 @@ from rail_fem.export.sections import crossing_sections, write_section_folder
 from rail_fem.models import fe_full
 from tests.outside import needs, outside
 
-ROOT = Path(__file__).resolve().parents[2]
 CUBES = {"element_aspect": 1.0, "wheel_element_ratio": 1.0}
 COARSE = CUBES | {"element_size": 5e-3, "start": 0.335, "end": 0.365, "error_twin": False, "field_frames": 1}
 ACROSS = CUBES | {"element_size": 4e-3, "start": 0.095, "end": 0.44, "error_twin": False, "field_frames": 1}
@@ -18,7 +17,7 @@ ACROSS = CUBES | {"element_size": 4e-3, "start": 0.095, "end": 0.44, "error_twin
 
 def passes(ratio: float, file: Path, changes: dict):
     """Results by the rules of the cast crossing, and by sections."""
-    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    case = load_case("nose_transfer")
     crossing = case.scene.crossing
     scenes = (
         case.scene.replace(crossing=crossing.replace(ratio=ratio)),
@@ -41,7 +40,7 @@ def differences(rules, sections) -> tuple[float, float]:
 def test_the_explicit_pass_over_own_sections_is_that_over_the_crossing_they_were_cut_from(tmp_path):
     """Surfaces agree to 0.01 mm, of an approach of 0.1 mm; but outlines, and with them the elements of 5 mm, are cut
     otherwise: found 2.1 % of the force (L2), 7 % of the strain."""
-    cast = load_case(ROOT / "cases" / "nose_transfer.toml").scene.crossing.surface
+    cast = load_case("nose_transfer").scene.crossing.surface
     write_section_folder(tmp_path, *crossing_sections(cast, -1.2, 0.85, 10e-6), "own")
     force, strain = differences(*passes(10.75, tmp_path, COARSE))
     assert force < 0.04 and abs(strain) < 0.12, (force, strain)

@@ -31,7 +31,7 @@ def axle(**changes):
 
 
 def scene():
-    return load_case(example("nose_transfer"), {"scene.speed": "40 mph", "scene.diverging": ROUTE}).scene
+    return load_case("nose_transfer", {"scene.speed": "40 mph", "scene.diverging": ROUTE}).scene
 
 
 def test_vehicle_and_other_wheel_push_the_axle_together():
@@ -114,7 +114,7 @@ def test_the_start_of_the_explicit_model_is_that_of_the_light_one():
 def test_the_explicit_wheelset_stays_on_the_check_rail(tmp_path):
     """Elements of 6 mm, 30 mm of the wing, mesh and light model held against each other: once creep has built up, the
     check rail carries what it does by the light model."""
-    case = load_case(example("nose_transfer"), {"scene.speed": "40 mph", "scene.diverging": ROUTE})
+    case = load_case("nose_transfer", {"scene.speed": "40 mph", "scene.diverging": ROUTE})
     settings = case.runs["fe_full"].replace(
         element_size="6 mm",
         element_aspect=1.0,
@@ -138,4 +138,4 @@ def test_the_explicit_wheelset_stays_on_the_check_rail(tmp_path):
 
 def test_no_diverging_route_has_no_start():
     with pytest.raises(ValueError, match="no diverging route"):
-        lateral_start(load_case(example("nose_transfer"), {}).scene, 0.1, 0.2)
+        lateral_start(load_case("nose_transfer", {}).scene, 0.1, 0.2)

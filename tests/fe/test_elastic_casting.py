@@ -18,9 +18,8 @@ from rail_fem.models import fe_full
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.static_fe.casting_block import casting_block
 from tests.fe.elastic_wheel import casting_below, coarse_block
-from tests.rail_fem.test_readme import ROOT
 
-SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene
+SCENE = load_case("nose_transfer").scene
 JOINT = {"family": "joint", "dip_angle": "10 mrad", "dip_length": "1.2 m", "dip_shape": "straight"}
 FOOT = 0.159  # [m]
 RAIL = SCENE.replace(crossing=JOINT, wheel={"profile": "P8"})

@@ -17,14 +17,13 @@ from rail_fem.settings.explicit import FeSettings, FeWindowSettings
 from rail_fem.settings.light import unfit_parts
 from rail_fem.static_fe.wheel_base import condensed_wheel
 from tests.fe.elastic_wheel import coarse_wheel, on_elastic_wheel
-from tests.rail_fem.test_readme import ROOT
 
 SETTINGS = FeSettings(element_size=5e-3, start=0.095, end=0.125, field_frames=1)
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return on_elastic_wheel(load_case(ROOT / "cases" / "nose_transfer.toml").scene)
+    return on_elastic_wheel(load_case("nose_transfer").scene)
 
 
 @pytest.fixture(scope="module")

@@ -2,13 +2,11 @@
 
 import io
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from geometry.meshing.hexmesh import MeshError
-from rail_fem.case.casefile import load_case
 from rail_fem.models import fe_full
 from rail_fem.processes.progress import Progress
 from rail_fem.result.error_bars import CALIBRATED, calibrated_bars, error_bars
@@ -18,13 +16,7 @@ from rail_fem.show.force import force_figure
 from rail_fem.show.report import result_report
 from tests.rail_fem.test_error_bars import at_size
 
-ROOT = Path(__file__).resolve().parents[2]
 SETTINGS = FeSettings(element_size=3e-3, start=0.095, end=0.110, field_frames=1, mass_scaling="auto", error_twin=True)
-
-
-@pytest.fixture(scope="module")
-def scene():
-    return load_case(ROOT / "cases" / "nose_transfer.toml").scene
 
 
 class Remembered(Progress):

@@ -1,7 +1,6 @@
 """The finite-element pass stands where its scene says: gauge, back-to-back, far tread and direction."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from rail_fem.files.sealed import seal_of
 from rail_fem.processes.launcher import rank_count
 from tests.ranks import printed_by_ranks, printed_here
 
-CASE = load_case(Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml")
+CASE = load_case("nose_transfer")
 SIZE = 5e-3
 SETTINGS = CASE.runs["fe_full"].model_copy(
     update={"element_size": SIZE, "element_aspect": 1.0, "wheel_element_ratio": 1.0, "start": 0.30, "end": 0.34}

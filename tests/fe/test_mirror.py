@@ -2,7 +2,6 @@
 turned about."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from geometry.meshing.hexmesh import HexMesh
 from rail_fem.case.casefile import load_case
 from rail_fem.models import fe_full
 
-ROOT = Path(__file__).resolve().parents[2]
 STEPS = 1500
 UPSIDE = [4, 5, 6, 7, 0, 1, 2, 3]  # corners of a hexahedron whose mirror image keeps a positive volume
 
@@ -25,7 +23,7 @@ def mirrored(mesh: HexMesh) -> HexMesh:
 
 def short_pass(monkeypatch=None):
     """The first steps of the reference pass over the transfer, coarse; in the mirror when a monkeypatch is given."""
-    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    case = load_case("nose_transfer")
     settings = case.runs["fe_full"].model_copy(
         update={
             "max_steps": STEPS,

@@ -15,11 +15,9 @@ from rail_fem.fe.run import Run
 from rail_fem.fe.running import running_of
 from rail_fem.run.form import CASTING, PANEL
 from rail_fem.settings.explicit import FeSettings
-from tests.fe.test_restart import ROOT, differences, steps
+from tests.fe.test_restart import differences, steps
 
-SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene.replace_si(
-    bearers=PANEL.replace_si(casting=CASTING, voided=(1,))
-)
+SCENE = load_case("nose_transfer").scene.replace_si(bearers=PANEL.replace_si(casting=CASTING, voided=(1,)))
 SETTINGS = FeSettings(element_size=5e-3, start=0.37, end=0.43, beam_reach=3.0, history_interval=1e-5, field_frames=1)
 STEPS = 350
 

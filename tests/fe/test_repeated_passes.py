@@ -14,9 +14,8 @@ from rail_fem.result.result import load
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.show.passes import after_passes, passes_figure, passes_rows
 from rail_fem.show.report import result_report
-from tests.rail_fem.test_readme import ROOT
 
-SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene
+SCENE = load_case("nose_transfer").scene
 SETTINGS = FeSettings(
     element_size="6 mm",
     start="335 mm",

@@ -32,11 +32,10 @@ from rail_fem.scene.steel import MN13
 from rail_fem.settings.explicit import FeSettings
 from tests.fe.bodies import structure_of
 from tests.fe.elastic_wheel import coarse_block, coarse_wheel, on_elastic_wheel
-from tests.rail_fem.test_readme import ROOT
 
 OURS, NOT_OURS = ("rail_fem", "geometry", "bem"), ("dolfinx", "mpi4py")
 SETTLE = 60e-6  # a hundred and some steps [s]
-CASE = load_case(ROOT / "cases" / "nose_transfer.toml")
+CASE = load_case("nose_transfer")
 SETTINGS = FeSettings(
     element_size="5 mm", start="310 mm", end="400 mm", settle_time="60 us", history_interval="20 us", field_frames=1
 )

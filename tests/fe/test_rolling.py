@@ -2,7 +2,6 @@
 the wrong sense."""
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from rail_fem.models import fe_full
 from rail_fem.scene.scene import Material
 from rail_fem.settings.explicit import FeSettings
 
-ROOT = Path(__file__).resolve().parents[2]
 SETTINGS = FeSettings(
     element_size=5e-3, start=0.095, end=0.130, settle_time=0.8e-3, history_interval=10e-6, field_frames=1
 )
@@ -23,7 +21,7 @@ RIM = 0.02  # of the friction, that the coarse patch may lack
 @pytest.fixture(scope="module")
 def scene():
     """The wing rail before the nose, level along x, of a steel that stays elastic."""
-    scene = load_case(ROOT / "cases" / "nose_transfer.toml").scene
+    scene = load_case("nose_transfer").scene
     return scene.model_copy(update={"materials": scene.materials.model_copy(update={"wing": Material(grade="R8T")})})
 
 

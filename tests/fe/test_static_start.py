@@ -1,7 +1,6 @@
 """The wheel begins at rest: the static contact is solved where it stands, and nothing moves when it is let go."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,15 +21,9 @@ from rail_fem.models import fe_full, fe_window
 from rail_fem.scene.scene import Material
 from rail_fem.settings.explicit import FeSettings
 
-ROOT = Path(__file__).resolve().parents[2]
 SETTINGS = FeSettings(
     element_size=5e-3, start=0.095, end=0.125, history_interval=10e-6, field_frames=1, mass_scaling="auto"
 )
-
-
-@pytest.fixture(scope="module")
-def scene():
-    return load_case(ROOT / "cases" / "nose_transfer.toml").scene
 
 
 @pytest.fixture(scope="module")
@@ -181,7 +174,7 @@ def test_a_node_of_the_contact_that_goes_on_bouncing_does_not_keep_the_wheel_fro
 def test_nodes_that_bounce_from_step_to_step_stand_at_their_middle():
     """Two nodes of the reference state's short window change sides in every step: 2.5 % of the axle's load up and down,
     for ever the same where looks are an even number of steps apart."""
-    case = load_case(ROOT / "cases" / "thesis" / "case_02.toml")
+    case = load_case("thesis/case_02")
     scene = case.scene
     settings = with_window(scene, case.runs["fe_window"])
     start = from_rigid_hertz(scene, fe_window.approach_of(settings), release_position(scene, settings))

@@ -30,7 +30,7 @@ def test_long_elements_are_meshed_where_the_contact_jumps_sideways(name, size, s
     """Twice as long along the rail as across it. A P1's contact jumps to and fro on the wing, which is as flat as it
     is; the side of the nose's band jumps where a point of the outline comes into it."""
     keys = {"element_size": size, "element_aspect": 2, "start": start, "end": end}
-    case = load_case(ROOT / "cases" / f"{name}.toml", {f"run.fe_full.{key}": value for key, value in keys.items()})
+    case = load_case(f"{name}", {f"run.fe_full.{key}": value for key, value in keys.items()})
     settings = case.settings(FeSettings)
     crossing, path = case.scene.crossing.surface, running_of(case.scene, settings).path
     spec = crossing_spec(crossing, path, settings.start, settings.end, settings)
@@ -46,7 +46,7 @@ def test_noses_of_the_proven_design_are_meshed_at_any_size(name, trial, size):
     table = tomllib.loads((ROOT / "cases" / "design" / "leg_and_nose.toml").read_text())
     wheel = next(one["set"] for one in table["pass"] if one["name"] == name)
     keys = table["proof"] | wheel | (table["guess"] if trial else {}) | {"run.fe_full.element_size": size}
-    case = load_case(ROOT / "cases" / "whole_crossing.toml", keys)
+    case = load_case("whole_crossing", keys)
     settings = case.settings(FeSettings)
     crossing, path = case.scene.crossing.surface, running_of(case.scene, settings).path
     spec = replace(crossing_spec(crossing, path, settings.start, settings.end, settings), wing=None)
@@ -63,7 +63,7 @@ def test_a_nose_that_carries_from_its_begin_is_meshed_from_there():
         "scene.crossing.topping_slope": "16.785 mrad",
         "scene.crossing.topping_depth": "6.861 mm",
     }
-    case = load_case(ROOT / "cases" / "whole_crossing.toml", keys)
+    case = load_case("whole_crossing", keys)
     settings = case.settings(FeSettings)
     crossing, path = case.scene.crossing.surface, running_of(case.scene, settings).path
     nose = crossing_spec(crossing, path, settings.start, settings.end, settings).nose

@@ -1,7 +1,5 @@
 """The model fe_window: the FE takes up the motion that rigid_hertz hands over."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -17,13 +15,12 @@ from rail_fem.run.form import PANEL
 from rail_fem.settings.explicit import FeWindowSettings
 from rail_fem.settings.light import RigidHertzSettings
 
-ROOT = Path(__file__).resolve().parents[2]
 APPROACH = RigidHertzSettings(start=0.095, end=0.54)
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return load_case(ROOT / "cases" / "thesis" / "case_02.toml").scene
+    return load_case("thesis/case_02").scene
 
 
 def test_a_light_pass_that_has_not_moved_yet_hands_over_the_state_at_rest(scene):

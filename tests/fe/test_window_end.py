@@ -1,12 +1,9 @@
 """Where a window ends has no physics in it before the wheel is there."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from geometry.surfaces.crossing import CastCrossing
-from rail_fem.case.casefile import load_case
 from rail_fem.contact.rigid import ends_with_path, meshed_stretch
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import rail_slabs
@@ -16,13 +13,7 @@ from rail_fem.fe.window import Extent
 from rail_fem.models import fe_full
 from rail_fem.settings.explicit import FeSettings
 
-ROOT = Path(__file__).resolve().parents[2]
 SIZE, START, ENDS, SETTLE = 5e-3, 0.31, (0.40, 0.44), 0.3e-3
-
-
-@pytest.fixture(scope="module")
-def scene():
-    return load_case(ROOT / "cases" / "nose_transfer.toml").scene
 
 
 def settings_to(end: float, **changes) -> FeSettings:

@@ -1,7 +1,5 @@
 """The model bem_passage: its contact law on surfaces with an exact one, and a pass beside rigid_hertz."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -16,8 +14,6 @@ from rail_fem.models import bem_passage, rigid_hertz
 from rail_fem.passes.plastic_indentation import elastic_law
 from rail_fem.passes.validity import SolvedContact, law_flags
 from rail_fem.settings.light import BemPassageSettings
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.parametrize("crown", [0.08, 0.3])
@@ -34,7 +30,7 @@ def test_law_of_a_crowned_wheel_on_a_cylinder_is_hertz(crown):
 def test_a_pass_keeps_forces_of_rigid_hertz_and_gives_true_patches():
     """Where the gap is a paraboloid both agree; at the wing's edge the patch is no ellipse and its pressure far
     higher."""
-    case = load_case(ROOT / "cases" / "thesis" / "case_02.toml")
+    case = load_case("thesis/case_02")
     scene, settings = case.scene, case.runs["bem_passage"]
     found, hertz = bem_passage.solve(scene, settings), rigid_hertz.solve(scene, case.runs["rigid_hertz"])
     assert found.peaks["largest_force_nose"].value == pytest.approx(hertz.peaks["largest_force_nose"].value, rel=0.03)
@@ -61,7 +57,7 @@ def test_a_pass_keeps_forces_of_rigid_hertz_and_gives_true_patches():
 def test_by_two_loads_a_wheel_in_the_wing_s_fillet_gives_way_as_the_half_space_does():
     """A nominal P8 where it strikes hardest, from a quarter to 4.5 static loads: within the 2 % that 32 cells and the
     paraboloid each leave; through the static load alone 7 % too little and 9 % too much."""
-    scene = load_case(ROOT / "cases" / "thesis" / "case_07.toml").scene
+    scene = load_case("thesis/case_07").scene
     key = table_key(scene, 0.25, 0.26, 2.5e-3)
     table, load = table_of(key), scene.static_wheel_load
     approach, exponent = (values[0, 2] for values in elastic_law(table, load))
@@ -74,7 +70,7 @@ def test_by_two_loads_a_wheel_in_the_wing_s_fillet_gives_way_as_the_half_space_d
 def test_a_cone_that_touches_the_wing_over_its_whole_width_gets_its_patch():
     """P1 on the wing: wider than the first window; the forces stay near those of rigid_hertz, whose ellipse is a guess
     there."""
-    case = load_case(ROOT / "cases" / "thesis" / "case_08.toml")
+    case = load_case("thesis/case_08")
     scene, settings = case.scene, case.runs["bem_passage"]
     key = table_key(scene, *settings.window(scene), settings.path_spacing)
     table, position = table_of(key), bem_passage.pair_of(key, table_of(key), 0, 0)
@@ -91,7 +87,7 @@ def test_a_cone_that_touches_the_wing_over_its_whole_width_gets_its_patch():
 
 @pytest.mark.parametrize("name", ["case_08", "case_09"])
 def test_p1_and_hollow_wheels_are_answered(name):
-    case = load_case(ROOT / "cases" / "thesis" / f"{name}.toml")
+    case = load_case(f"thesis/{name}")
     coarse = case.runs["bem_passage"].model_copy(update={"cells": 16, "patch_spacing": 40e-3})
     found, hertz = bem_passage.solve(case.scene, coarse), rigid_hertz.solve(case.scene, case.runs["rigid_hertz"])
     for peak in ("first_impact_on_nose", "largest_force_wing"):
@@ -108,7 +104,7 @@ def test_a_cone_on_the_leg_s_plane_is_told_to_be_stiffer_than_its_line_contact()
     """A P1's 1:20 cone lies on the casting's 1:20 plane behind the leg: a patch of 52 by 7 mm, whose approach grows
     more nearly with the force than with F^(2/3). The law through the static load throws the wheel, which lands with
     330 kN (fe_full 217 +- 27 kN); that through two loads is nearer to the gap, and finds less."""
-    scene = load_case(ROOT / "cases" / "thesis" / "case_08.toml").scene
+    scene = load_case("thesis/case_08").scene
     told, forces = [], []
     for law in ("static load", "two loads"):
         settings = BemPassageSettings(

@@ -2,7 +2,6 @@
 
 import contextlib
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,14 +22,12 @@ from rail_fem.result.result import load
 from rail_fem.scene.steel import cyclic_steel
 from rail_fem.show.fields import read_crossing
 
-ROOT = Path(__file__).resolve().parents[2]
-
 
 @pytest.fixture(scope="module")
 def short_pass(tmp_path_factory):
     """80 mm of the reference pass about the first impact on the nose, coarse."""
     folder = tmp_path_factory.mktemp("plastic")
-    scene = load_case(ROOT / "cases" / "nose_transfer.toml").scene
+    scene = load_case("nose_transfer").scene
     settings = {"start": "360 mm", "end": "440 mm", "cell_size": "3 mm", "step": "15 mm", "error_estimate": False}
     result = solve("bem_plastic", scene, settings, folder=folder)
     result.save(folder)

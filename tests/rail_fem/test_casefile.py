@@ -26,7 +26,7 @@ def errors_of(tmp_path, text) -> list[str]:
 @pytest.mark.parametrize("name, events", [("nose_transfer", [0.35]), ("whole_crossing", [-0.7, 0.35])])
 def test_reference_cases_are_case_2_of_the_thesis(name, events):
     """Table 7-1, row 2: 75 mph, 66.25 t, 1.00 t, facing, worn P8, 160000 N/mm, Mn13."""
-    case = load_case(ROOT / "cases" / f"{name}.toml")
+    case = load_case(f"{name}")
     scene = case.scene
     assert (scene.speed, scene.direction, scene.wheel.profile) == (pytest.approx(33.528), "facing", "P8-worn")
     assert (scene.vehicle.vehicle_sprung_mass, scene.vehicle.wheelset_unsprung_mass) == (66250, 1000)
@@ -37,7 +37,7 @@ def test_reference_cases_are_case_2_of_the_thesis(name, events):
 
 
 def test_a_case_gives_the_settings_of_a_model_by_their_class():
-    case = load_case(ROOT / "cases" / "thesis" / "case_02.toml")
+    case = load_case("thesis/case_02")
     assert case.settings(RigidHertzSettings) is case.runs["rigid_hertz"]
     assert case.settings(FeSettings) is case.runs["fe_full"]  # not fe_window, whose settings are a kind of these
     with pytest.raises(KeyError, match="no model by BemPlasticSettings"):
@@ -54,7 +54,7 @@ def test_a_preset_fills_what_does_not_stand_beside_it(tmp_path):
     assert fine.model_copy(update={"preset": None}) == whole and whole.preset is None
     assert fingerprint("fe_full", load_case(path).scene, fine) == fingerprint("fe_full", load_case(path).scene, whole)
     assert FeSettings.model_validate(fine.model_dump(mode="json")) == fine
-    quick = load_case(ROOT / "cases" / "nose_transfer.toml", {"run.fe_full.preset": "fast"})
+    quick = load_case("nose_transfer", {"run.fe_full.preset": "fast"})
     assert quick.name == "nose_transfer"  # its folder in a sweep
     fast = quick.runs["fe_full"]
     assert (fast.element_size, fast.error_twin, fast.start) == (pytest.approx(1.4e-3), False, whole.start)

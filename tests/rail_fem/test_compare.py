@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +14,7 @@ from rail_fem.result.result import Cost, PassResult, Peak
 from rail_fem.sweeps.compare import QUANTITIES, CompareError, Comparison, common_path, compare, forces_on, history_error
 from rail_fem.sweeps.compare_report import advice, strain_table, table
 
-ROOT = Path(__file__).resolve().parents[2]
-SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene
+SCENE = load_case("nose_transfer").scene
 
 
 def made(model: str, factor: float, seconds: float, path=(0.1, 0.5), rows=401, backwards=False) -> PassResult:

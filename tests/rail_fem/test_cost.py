@@ -8,8 +8,6 @@ import pytest
 import kernel_cache
 from kernel_cache import compile_time, working_time
 from rail_fem import load_result
-from rail_fem.case.casefile import load_case
-from rail_fem.case.examples import example
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.models import lumped
 from rail_fem.result.result import Cost
@@ -31,11 +29,6 @@ def compile_something() -> None:
         return found
 
     assert total(3) > 2
-
-
-@pytest.fixture(scope="module")
-def scene():
-    return load_case(example("nose_transfer")).scene
 
 
 def test_the_clock_of_the_models_stands_still_while_kernels_are_compiled(monkeypatch):

@@ -1,8 +1,6 @@
 """The P2 formula: table 7-5 of the thesis row by row, and a wheel over a dip joint where the formula must be right and
 where it fails."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -14,7 +12,6 @@ from rail_fem.passes.vertical_dynamics import Masses, integrate
 from rail_fem.result.result import PassResult
 from tests.rail_fem.test_scene import make_scene
 
-ROOT = Path(__file__).resolve().parents[2]
 # Coleman's thesis, table 7-5: static load kN, dip mrad, speed mm/s, unsprung t, track stiffness N/m, P2 kN (track mass
 # 0.75 t)
 TABLE = [
@@ -59,7 +56,7 @@ def test_every_row_of_table_7_5_follows_from_a_dip_angle_that_rounds_to_the_prin
 
 
 def test_static_loads_are_those_of_the_table():
-    loads = {n: load_case(ROOT / "cases" / "thesis" / f"case_{n:02d}.toml").scene.static_wheel_load for n in (2, 4)}
+    loads = {n: load_case(f"thesis/case_{n:02d}").scene.static_wheel_load for n in (2, 4)}
     assert loads[2] == pytest.approx(86.14e3, abs=5.0) and loads[4] == pytest.approx(117.72e3, abs=5.0)
 
 

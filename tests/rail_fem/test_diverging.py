@@ -1,7 +1,5 @@
 """The diverging route: lateral equilibrium by hand, steering in a curve, the straight route bit by bit, refusals."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -19,8 +17,7 @@ from rail_fem.passes.wheelset_pass import datum_arm, surfaces_of, wheelset_conta
 from rail_fem.scene.scene import GRAVITY
 from tests.rail_fem.test_wheelset_dynamics import ARM, CONE, LOAD, RADIUS, cones
 
-ROOT = Path(__file__).resolve().parents[2]
-CASE = load_case(ROOT / "cases" / "thesis" / "case_02.toml")
+CASE = load_case("thesis/case_02")
 SHORT = CASE.runs["rigid_hertz"].replace(end="110 mm", lateral_range="1 mm", degrees_of_freedom="lateral_roll")
 STIFF = 1e11  # contacts that hardly give [N/m^1.5]
 FLAT = 1e-12

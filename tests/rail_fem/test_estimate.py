@@ -15,7 +15,6 @@ from rail_fem.result.warning_records import record
 from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_scene import make_scene
 
-ROOT = Path(__file__).resolve().parents[2]
 SCENE = make_scene()
 
 
@@ -24,7 +23,7 @@ def meshed(size: float, aspect: float, **changes):
     """Mesh over the nose transfer; it knows neither speed nor masses."""
     pytest.importorskip("dolfinx")
     running, meshing = pytest.importorskip("rail_fem.fe.running"), pytest.importorskip("rail_fem.fe.meshing")
-    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    case = load_case("nose_transfer")
     change = {"element_size": size, "element_aspect": aspect, "wheel_element_ratio": 1.0} | changes
     settings = case.runs["fe_full"].model_copy(update=change)
     return meshing.make_mesh(case.scene, settings, running.running_of(case.scene, settings))[0]
@@ -54,7 +53,7 @@ def test_the_fastest_wave_of_all_three_steels_bounds_the_step(part):
 def test_cells_and_step_are_right_to_a_factor_of_two(size, aspect):
     """Against the mesher itself, over the nose transfer."""
     mesh = meshed(size, aspect)
-    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    case = load_case("nose_transfer")
     settings = case.runs["fe_full"].model_copy(
         update={"element_size": size, "element_aspect": aspect, "wheel_element_ratio": 1.0, "mass_scaling": 1.0}
     )
@@ -71,7 +70,7 @@ def test_the_step_with_heavier_small_elements_is_right_to_a_factor_of_two(size, 
 
     from rail_fem.fe.mass_scaling import choose_scaling
 
-    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    case = load_case("nose_transfer")
     change = {"element_size": size, "element_aspect": 1.0, "wheel_element_ratio": 1.0, "scaled_elements": "small"}
     settings = case.runs["fe_full"].model_copy(update=change | {"window_ahead": None, "window_behind": None})
     scene = case.scene.replace_si(speed=speed)
@@ -102,7 +101,7 @@ def test_two_ranks_take_half_the_time_and_more_memory():
 def test_memory_and_time_of_a_short_run_are_those_that_were_measured(size, peak, seconds):
     """30 mm of the nose transfer, cubes, three steps: nearly all of it meshes and the start. Largest resident memory
     and processor time as measured; memory to a fifth, as the cells are known."""
-    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    case = load_case("nose_transfer")
     change = {"element_size": size, "element_aspect": 1.0, "wheel_element_ratio": 1.0, "max_steps": 3}
     change |= {"end": case.runs["fe_full"].start + 0.03, "error_twin": False}
     estimate = estimate_run(case.scene, case.runs["fe_full"].model_copy(update=change))

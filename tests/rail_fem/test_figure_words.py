@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from rail_fem.case.casefile import load_case
-from rail_fem.case.examples import example
 from rail_fem.hierarchy import solve
 from rail_fem.result.events import peak_at
 from rail_fem.result.result import PassResult
@@ -20,11 +18,6 @@ from rail_fem.show.report import flight_rows, headlines
 from rail_fem.show.style import new_figure, save
 
 WINDOW = {"start": "300 mm", "end": "400 mm"}
-
-
-@pytest.fixture(scope="module")
-def scene():
-    return load_case(example("nose_transfer")).scene
 
 
 def test_the_path_of_contact_breaks_where_both_bodies_carry(scene):

@@ -8,7 +8,6 @@ import pytest
 
 from geometry.axes import RAIL_DEPTH
 from rail_fem.case.casefile import load_case
-from rail_fem.case.examples import example
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.passes.track_beam import track_beam
 from rail_fem.result.quantities import STRAIN
@@ -25,14 +24,9 @@ WINDOW = {"start": "250 mm", "end": "420 mm", "path_spacing": "5 mm"}
 
 
 @pytest.fixture(scope="module")
-def scene():
-    return load_case(example("nose_transfer")).scene
-
-
-@pytest.fixture(scope="module")
 def ran(tmp_path_factory):
     """The folder of a pass by rigid_hertz as the command makes it, and what was said."""
-    case, folder, said = load_case(example("nose_transfer")), tmp_path_factory.mktemp("form") / "run", []
+    case, folder, said = load_case("nose_transfer"), tmp_path_factory.mktemp("form") / "run", []
     settings = MODELS["rigid_hertz"].settings.checked(WINDOW)
     case = replace(case, runs={"rigid_hertz": settings})
     assert run_case(case, "rigid_hertz", folder, False, False, said.append) == ""

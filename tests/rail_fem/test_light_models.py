@@ -29,7 +29,7 @@ NOSE = {"start": 0.095, "end": 0.54}
 
 @pytest.fixture(scope="module")
 def scene():
-    return load_case(ROOT / "cases" / "thesis" / "case_02.toml").scene
+    return load_case("thesis/case_02").scene
 
 
 def test_tabulated_hertz_is_hertz():
@@ -158,7 +158,7 @@ def test_the_largest_elastic_pressure_is_that_of_the_whole_path(scene):
 
 
 def test_elastic_contact_is_harder_and_harder_steel_too(scene):
-    strong = load_case(ROOT / "cases" / "thesis" / "case_14.toml").scene
+    strong = load_case("thesis/case_14").scene
     peak = lambda s, **options: (
         rigid_hertz.solve(s, RigidHertzSettings(**NOSE, **options)).peaks["largest_force_nose"].value
     )
@@ -195,7 +195,7 @@ def test_a_step_too_coarse_for_the_forces_is_told(scene):
 
 
 def test_facing_and_trailing_cases_meet_the_same_transfer(scene):
-    back = load_case(ROOT / "cases" / "thesis" / "case_05.toml")
+    back = load_case("thesis/case_05")
     facing, trailing = (
         rigid_hertz.solve(scene, RigidHertzSettings(**NOSE)),
         rigid_hertz.solve(back.scene, back.runs["rigid_hertz"]),
@@ -269,7 +269,7 @@ def test_window_beyond_the_crossing_and_against_the_direction_are_refused(scene,
 )
 def test_sixteen_cases_are_answered_by_every_light_model(models):
     for n in range(1, 17):
-        case = load_case(ROOT / "cases" / "thesis" / f"case_{n:02d}.toml")
+        case = load_case(f"thesis/case_{n:02d}")
         for model in models:
             result = model.solve(case.scene, case.runs[model.__name__.rpartition(".")[2]])
             assert not result.fault and all(np.isfinite(peak.value) for peak in result.peaks.values())

@@ -41,7 +41,7 @@ def test_the_fit_finds_the_constants_that_made_the_data():
 
 def test_what_two_passes_differ_by_beyond_their_forces_is_the_wing_s_indentation():
     """Made-up passes over the wing: the wheel sinks by Hertz' approach of its force, on the soft wing by 30 um more."""
-    scene = load_case(ROOT / "cases" / "thesis" / "case_02.toml").scene
+    scene = load_case("thesis/case_02").scene
     x = np.linspace(0.1, 0.34, 97)
     table = contact_table(scene, x[0], x[-1], x[1] - x[0])
     stiffness = np.interp(x, table.x, table.stiffness[0])
@@ -61,7 +61,7 @@ def test_what_two_passes_differ_by_beyond_their_forces_is_the_wing_s_indentation
 def test_forces_of_the_reference_pass_come_nearer_to_the_finite_elements():
     """fe_full on 0.5 mm: 191.3 +- 0.3 kN first, 126.6 +- 1.3 kN on the wing, 216.1 +- 1.3 kN on the nose
     (docs/speed.md)."""
-    case, judge = load_case(ROOT / "cases" / "thesis" / "case_02.toml"), np.array([191.3e3, 126.6e3, 216.1e3])
+    case, judge = load_case("thesis/case_02"), np.array([191.3e3, 126.6e3, 216.1e3])
     settings = case.settings(RigidHertzSettings)
 
     def off(law):
@@ -85,7 +85,7 @@ def test_by_two_loads_first_impact_and_landing_are_those_of_the_finite_elements(
     row = next(line for line in page.splitlines() if line.startswith(f"| {case} |"))
     forces = row.split(" | ")[7].replace(";", ",").replace("/", ",").split(",")  # wheel, first on nose, wing, nose
     judge, bar = (float(value) * 1e3 for value in forces[place].split("\u00b1"))
-    one = load_case(ROOT / "cases" / "thesis" / f"{case}.toml")
+    one = load_case(f"thesis/{case}")
     settings = one.settings(RigidHertzSettings).model_copy(update={"contact_law": "two loads"})
     found = rigid_hertz.solve(one.scene, settings).peaks[peak].value
     assert found == pytest.approx(judge, abs=0.051 * judge + bar)

@@ -1,13 +1,13 @@
 """The study of element sizes: orders and limits on what has exact ones, its page and figure, runs that are kept."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from typer import BadParameter
 
 from rail_fem.case.casefile import load_case
+from rail_fem.case.examples import example
 from rail_fem.result.error_bars import error_bars
 from rail_fem.result.extrapolation import limit_of, observed_order
 from rail_fem.result.quantities import REPORTED
@@ -17,7 +17,7 @@ from rail_fem.studies import passage_size, size_series
 from rail_fem.sweeps.rows import read_rows
 from tests.rail_fem.test_error_bars import FORCE, MM, TRANSFER, at_size
 
-CHOICES = Path(__file__).resolve().parents[2] / "cases" / "rows" / "passage_choices.toml"
+CHOICES = example("rows/passage_choices")
 SIZES = [4 * MM, 2 * MM, 1 * MM]
 
 

@@ -140,7 +140,7 @@ def test_no_more_runs_at_a_time_than_memory_and_cores_hold(cases, tmp_path, monk
 
 def test_no_more_runs_at_a_time_than_a_card_holds(tmp_path, monkeypatch):
     """Of workers that share a card, as many as there is room for on it, however much memory and cores there are."""
-    case = load_case(ROOT / "cases" / "nose_transfer.toml", {"run.fe_full.device": "cuda"})
+    case = load_case("nose_transfer", {"run.fe_full.device": "cuda"})
     jobs = jobs_of([case], tmp_path, ["fe_full"])
     asked = case.scene, case.runs["fe_full"]
     each = room_on_card(estimate_run(*asked).cells, *asked)
@@ -270,7 +270,7 @@ def test_a_sweep_runs_a_model_that_no_case_names_by_its_defaults_and_refuses_to_
     done = sweep(ROOT / "cases" / "nose_transfer.toml", "--model", "p2_formula", "--out", tmp_path / "out")
     assert done.exit_code == 0 and "has no [run.p2_formula], p2_formula runs by its defaults" in done.output
     assert load(tmp_path / "out" / "nose_transfer" / "p2_formula").peaks
-    whole = load_case(ROOT / "cases" / "whole_crossing.toml")
+    whole = load_case("whole_crossing")
     ends = lambda case, model: (case.runs[model].start, case.runs[model].end)
     for name in set(MODELS) - {"p2_formula", "fe_window"}:
         assert ends(whole.by(name), name) == ends(whole, "fe_full"), name
@@ -338,7 +338,7 @@ def test_the_table_marks_other_element_sizes_and_shows_what_fails_of_the_trust_r
         "rule": "",
         "limit": 0.05,
     }
-    scene = load_case(ROOT / "cases" / "nose_transfer.toml").scene
+    scene = load_case("nose_transfer").scene
     made = lambda size, verdict: PassResult(
         "fe_full",
         scene,

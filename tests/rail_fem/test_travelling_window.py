@@ -1,7 +1,5 @@
 """A travelling window that is too short is refused before anything is meshed; a shorter window is less work."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,7 @@ from rail_fem.fe.plan.travelling_window import SPARE, largest_half_patch, least_
 from rail_fem.fe.plan.travelling_window import with_window as decided
 from rail_fem.settings.explicit import WINDOW_ENDS
 
-CASE = load_case(Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml")
+CASE = load_case("nose_transfer")
 SETTINGS = CASE.runs["fe_full"].model_copy(
     update={
         "element_size": 2e-3,

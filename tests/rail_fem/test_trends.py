@@ -17,7 +17,7 @@ from rail_fem.sweeps.trends import ControlExperiment, Group, Trend, TrendError, 
 
 ROOT = Path(__file__).resolve().parents[2]
 TRENDS = ROOT / "cases" / "thesis" / "trends.toml"
-SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene
+SCENE = load_case("nose_transfer").scene
 
 
 def made(model: str, nose: float, dip: float = 1e-3) -> PassResult:

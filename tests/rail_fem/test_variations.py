@@ -3,7 +3,6 @@ figure."""
 
 import csv
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from matplotlib.figure import Figure
 
 from rail_fem import load_sweep, plot_sweep
 from rail_fem.case.casefile import load_case
+from rail_fem.case.examples import example
 from rail_fem.case.variations import (
     VariationError,
     as_setting,
@@ -24,7 +24,7 @@ from rail_fem.result.result import load
 from rail_fem.result.runfolder import digest, fingerprint
 from tests import commands
 
-REFERENCE = Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml"
+REFERENCE = example("nose_transfer")
 FORMULA = '[run.p2_formula]\ndip_angle = "15 mrad"\n'  # needs no search of surfaces
 
 

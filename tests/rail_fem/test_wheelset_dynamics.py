@@ -1,8 +1,6 @@
 """A wheelset on two rails: the vertical answer where nothing couples, exact gravitational stiffness and hunting of
 cones, order, energy, mirror."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.optimize import root
@@ -26,8 +24,7 @@ from rail_fem.passes.wheelset_dynamics import (
 from rail_fem.passes.wheelset_pass import datum_arm, start_of, surfaces_of, wheelset_contacts, wheelset_system
 from tests.order import assert_order
 
-ROOT = Path(__file__).resolve().parents[2]
-CASE = load_case(ROOT / "cases" / "thesis" / "case_02.toml")
+CASE = load_case("thesis/case_02")
 SCENE = CASE.scene
 SHORT = CASE.runs["rigid_hertz"].model_copy(
     update={"end": 0.30, "lateral_range": 1e-3, "degrees_of_freedom": "lateral_roll"}

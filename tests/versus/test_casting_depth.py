@@ -8,7 +8,6 @@ from geometry.surfaces.crossing_surface import FLOOR
 from rail_fem.case.casefile import load_case
 from rail_fem.static_fe.condensed import Factor, Solid
 from rail_fem.static_fe.wheel_base import part_of
-from tests.rail_fem.test_readme import ROOT
 
 STEEL, DENSITY = Elastic(200e9, 0.3), 7833.0
 FOOT = -0.159  # as deep as a 56E1 rail is high; from memory, not verified [m]
@@ -26,7 +25,7 @@ def lines(*edges: float) -> np.ndarray:
 def approaches(base: float, floored: bool) -> np.ndarray:
     """Of each of POINTS under LOAD [m], on wing and nose down to a base; floored : one block below the flangeway's
     floor, as wide as the whole casting with its other wing. Half of it: x = 0 is a plane of symmetry."""
-    crossing = load_case(ROOT / "cases" / "nose_transfer.toml").scene.crossing.surface
+    crossing = load_case("nose_transfer").scene.crossing.surface
     wing, nose = (part(SECTION)[[0, -1], 0] for part in (crossing.wing_section, crossing.nose_section))
     across = lines(*(nose.sum() - wing)[::-1], *nose, *wing)
     grid = mesh_grid(ALONG, across, lines(base, *[FLOOR] * (base < FLOOR), 0.0))

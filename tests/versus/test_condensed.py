@@ -20,7 +20,6 @@ from rail_fem.passes.wheel_modes import wheel_modes
 from rail_fem.scene.wheel_body import WheelBody
 from rail_fem.static_fe.condensed import Factor, Solid, condense
 from rail_fem.static_fe.wheel_base import condensed_behind, faces_among, part_of, revolved, sector_of, wheel_mesh
-from tests.rail_fem.test_readme import ROOT
 
 STEEL, DENSITY = Elastic(201e9, 0.3), 7833.0  # of the wheel of cases/nose_transfer.toml
 RADIUS, DEPTH, ANGLE = 0.425, 0.060, np.radians(15)
@@ -70,7 +69,7 @@ def test_a_bar_on_its_condensed_half_has_the_whole_bars_frequencies_from_above()
 @pytest.fixture(scope="module")
 def wheel():
     """The whole wheel, its sector, and that on the condensed rest that a pass takes."""
-    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    case = load_case("nose_transfer")
     scene = case.scene.replace_si(wheel_body=WheelBody())
     condensed = fe_full.wheel_behind(scene, case.runs["fe_full"])
     mesh, in_sector = wheel_mesh(scene.wheel_body, RADIUS, DEPTH, ANGLE)
@@ -160,7 +159,7 @@ def deep_wheel(monkeypatch, scene, settings, behind=None, deep=False):
 def test_a_pass_on_a_condensed_rest_is_that_on_a_mesh_of_the_whole_body(monkeypatch):
     """A rim held 120 mm below the tread and 25 degrees to both sides, all of it meshed, or a sector on the condensed
     rest of it: approach at rest to 1 %, first impact to 0.5 %; a sector held at its own boundary misses both."""
-    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    case = load_case("nose_transfer")
     scale = {"mass_scaling": 20.0, "error_twin": False, "field_frames": 1, "start": 0.31, "end": 0.42}
     size = {"element_size": 4e-3, "element_aspect": 1.0, "wheel_element_ratio": 1.0}
     settings = case.runs["fe_full"].model_copy(update=scale | size)

@@ -1,6 +1,5 @@
 """Plastic flow of a plain rail, no corner near the patch: the plastic half-space under the forces of the elements."""
 
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -14,7 +13,7 @@ from rail_fem.passes.plastic_fields import metal_of
 from rail_fem.result.quantities import reported
 from rail_fem.settings.light import BemPlasticSettings
 
-CASE = Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml"
+CASE = "nose_transfer"
 WINDOW = {"start": -0.03, "end": 0.06}
 
 
