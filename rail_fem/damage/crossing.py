@@ -21,7 +21,7 @@ from rail_fem.contact.contact_table import ContactTable, contact_table, patch_si
 from rail_fem.damage.deposit import Footprints, ReachedLines, deposit, deposit_reached
 from rail_fem.damage.rolling import no_more_slender
 from rail_fem.damage.strips import patch_centres, plane_creepages, strip_creepages
-from rail_fem.damage.wear import WearLaw, friction_work_of_cells
+from rail_fem.damage.wear import WearLaw, friction_work
 from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings
@@ -182,17 +182,12 @@ def wear_field(
     factor: float = 1.0,
     spacing: float = SPACING,
     grid: tuple[np.ndarray, np.ndarray] | None = None,
-    over_length: bool = False,
     reach: ReachedLines | None = None,
 ) -> WearField:
     """d(x, y) of one pass, its volume that of the patches' strips: each patch wears the line across the rail at its own
     position, `spacing` [m] wide, by its strip sums.
 
-    over_length : in its place, while the wheel goes on by `spacing`, every point under a patch wears at the rate of the
-    cell that lies on it: a point of the rail is passed by parts of all the patches whose length reaches it, each at its
-    own position, d(x0, y) = sum over X of rate_X(x0 - X, y) dX. Where patches do not change along the rail that is the
-    sum of a strip. A patch is an ellipse, whatever lies under it: what it does not reach is worn as well
-    reach : in place of both, on which lines of the grid each strip wears (rail_fem.damage.reach)
+    reach : in its place, on which lines of the grid each strip wears (rail_fem.damage.reach)
 
     grid : x (m,) and y (n,) of the field, evenly spaced [m]; None: about the contacts
     Raises ValueError where no contact carries, or one lies beyond the grid.
@@ -213,18 +208,14 @@ def wear_field(
         )
     patches = contacts.patches
     feet, share = footprints(contacts), spacing / (x[1] - x[0]) * patches.grid.dy
-    if reach is not None:
-        laid = lambda cells, scale: deposit_reached(feet, cells.sum(axis=1), scale, reach, x, y)
-    elif over_length:
-        laid = lambda cells, scale: deposit(feet, cells, scale, x, y)
+    if reach is None:
+        laid = lambda strips, scale: deposit(feet, strips, scale, x, y)
     else:
-        line = feet._replace(along=0 * feet.along)
-        laid = lambda cells, scale: deposit(line, cells.sum(axis=1, keepdims=True), scale, x, y)
-    depth = {name: laid(law.cells(patches, contacts.speed), factor * share) for name, law in laws.items()}
-    return WearField(x, y, depth, laid(friction_work_of_cells(patches), share))
+        laid = lambda strips, scale: deposit_reached(feet, strips, scale, reach, x, y)
+    depth = {name: laid(law.depth(patches, contacts.speed), factor * share) for name, law in laws.items()}
+    return WearField(x, y, depth, laid(friction_work(patches), share))
 
 
 def footprints(contacts: PassContacts) -> Footprints:
     """Of the patches of a pass."""
-    grid = contacts.patches.grid
-    return Footprints(contacts.body, contacts.position[:, :2], grid.dx, grid.dy * np.cos(contacts.angle))
+    return Footprints(contacts.body, contacts.position[:, :2], contacts.patches.grid.dy * np.cos(contacts.angle))

@@ -208,9 +208,8 @@ def pass_wear(job: tuple[CrossingSite, CrossingPass, AnyCrossing, WornSurface]) 
     order = np.argsort(light.x)
     at_table = np.stack([np.interp(table.x, light.x[order], own[order]) for own in light.force])
     contacts = table_contacts(one.scene, table, at_table, patch_options(one.scene, settings))
-    reach = reach_of(contacts, one.scene, crossing, table.datum, site.grid[0]) if settings.deposit == "reach" else None
-    lengthwise = settings.deposit == "length"
-    worn = wear_field(contacts, site.laws, settings.factor, spacing, site.grid, lengthwise, reach)
+    reach = reach_of(contacts, one.scene, crossing, table.datum, site.grid[0])
+    worn = wear_field(contacts, site.laws, settings.factor, spacing, site.grid, reach)
     pressed, crack = groove_field(site, one.scene, contacts, shape), crack_field(site, contacts)
     wheel_laws, lines_of_wheel = laws_of(settings, wheels=True), wheel_lines(settings.plan_spacing)
     wheel = wheel_wear(contacts, one.scene, table.datum, wheel_laws, settings.factor, spacing, lines_of_wheel)
@@ -246,9 +245,9 @@ def crack_field(site: CrossingSite, contacts: PassContacts) -> np.ndarray:
     rail, across as far as the patch is wide; where several lie as near, their mean."""
     x, y = site.grid
     feet = footprints(contacts)
-    wide = feet._replace(along=0 * feet.along, across=feet.across * contacts.patches.grid.ny)
-    one, share = np.ones((len(contacts), 1, 1)), wide.across * (site.settings.patch_spacing / (x[1] - x[0]))
-    fallen = deposit(wide, one * fatigue_of(site.settings).damage(contacts.tgamma)[:, None, None], share, x, y)
+    wide = feet._replace(across=feet.across * contacts.patches.grid.ny)
+    one, share = np.ones((len(contacts), 1)), wide.across * (site.settings.patch_spacing / (x[1] - x[0]))
+    fallen = deposit(wide, one * fatigue_of(site.settings).damage(contacts.tgamma)[:, None], share, x, y)
     return fallen / np.maximum(deposit(wide, one, share, x, y), 1.0)
 
 
@@ -280,9 +279,9 @@ def groove_field(site: CrossingSite, scene: Scene, contacts: PassContacts, shape
         of, place = of[flows], place[flows]
         strips, across = groove_strips(Grooves(*(v[of] for v in found)))
         plan = across * cosine[own][of]
-        feet = Footprints(np.full(len(plan), b), place, 0 * plan, plan)
+        feet = Footprints(np.full(len(plan), b), place, plan)
         for into, each in zip(depth, np.moveaxis(strips, 1, 0), strict=True):
-            into += deposit(feet, each[:, None], across * (spacing / (x[1] - x[0])), x, y)
+            into += deposit(feet, each, across * (spacing / (x[1] - x[0])), x, y)
     return depth
 
 

@@ -1,4 +1,4 @@
-"""From the cells of patches to a field d(x, y) in plan, each where it lay on the rail; the volume is kept."""
+"""From the strips of patches to a field d(x, y) in plan, each where it lay on the rail; the volume is kept."""
 
 from typing import NamedTuple
 
@@ -9,12 +9,11 @@ from kernel_cache import njit
 
 
 class Footprints(NamedTuple):
-    """Grids of k patches in plan. body : (k,) 0 wing, 1 nose;  centre : (k, 2) x, y [m];  along, across : (k,) sides of
-    a cell in plan [m]"""
+    """Strips of k patches in plan. body : (k,) 0 wing, 1 nose;  centre : (k, 2) x, y [m];  across : (k,) width of a
+    strip in plan [m]"""
 
     body: np.ndarray
     centre: np.ndarray
-    along: np.ndarray
     across: np.ndarray
 
 
@@ -26,29 +25,25 @@ class ReachedLines(NamedTuple):
     share: np.ndarray
 
 
-def deposit(feet: Footprints, cells: np.ndarray, scale: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """(2, m, n) depths [m] on the lines of an even grid x (m,), y (n,) [m] by k patches, wing and nose: each column
-    of cells across the rail goes to the two lines next to it, so that its middle along the rail is kept, and across by
-    what the cells cover.
+def deposit(feet: Footprints, strips: np.ndarray, scale: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """(2, m, n) depths [m] on the lines of an even grid x (m,), y (n,) [m] by k patches, wing and nose: each goes to
+    the two lines next to it, so that its middle along the rail is kept, and across by what the strips cover.
 
-    cells : (k, nx, ny) depth of each [m];  scale : (k,) their width across along the rail's face [m] times what their
-    depth is multiplied by (the path that they stand for over the lines' distance)
-    Raises ValueError for a patch that begins or ends beyond the lines.
+    strips : (k, ny) depth of each [m];  scale : (k,) their width along the rail's face [m] times what their depth is
+    multiplied by (the path that they stand for over the lines' distance)
+    Raises ValueError for a patch beyond the lines.
     Error: volume within the grid to round-off (tests/damage/test_deposit.py).
     """
-    half = feet.along * cells.shape[1] / 2
-    low, high = (feet.centre[:, 0] - half).min(initial=np.inf), (feet.centre[:, 0] + half).max(initial=-np.inf)
+    low, high = feet.centre[:, 0].min(initial=np.inf), feet.centre[:, 0].max(initial=-np.inf)
     if low < x[0] or high > x[-1]:
         raise ValueError(
             f"patches reach from x = {low:.3f} to {high:.3f} m, the field from {x[0]:.3f} to {x[-1]:.3f}: give a longer"
             " one"
         )
-    dx, columns = x[1] - x[0], np.arange(cells.shape[1]) - (cells.shape[1] - 1) / 2
-    at = (feet.centre[:, :1] + columns * feet.along[:, None] - x[0]) / dx
-    first = np.clip(np.floor(at[:, 0]).astype(int), 0, len(x) - 2)
-    lines = first[:, None] + np.arange(int(np.ceil(2 * half.max(initial=0.0) / dx)) + 2)
-    share = np.maximum(1 - np.abs(lines[:, :, None] - at[:, None]), 0.0)
-    return _on_plan(feet, share @ cells, scale, first, x, y)
+    at = (feet.centre[:, 0] - x[0]) / (x[1] - x[0])
+    first = np.clip(np.floor(at).astype(int), 0, len(x) - 2)
+    share = np.stack([1 - (at - first), at - first], axis=1)
+    return _on_plan(feet, share[:, :, None] * strips[:, None], scale, first, x, y)
 
 
 def deposit_reached(

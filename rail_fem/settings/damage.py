@@ -17,7 +17,6 @@ FLOW_LIMIT, FLOW_SHARE, FLOW_STEP = 7.0, 0.65, 50e-6
 # what a profile's reader asks for, and how the profile command is told it (0: the flange back of many files)
 TELLS_A_FILE = {"give flange_back": "--flange-back 0", "state the unit": "--unit mm"}
 WHEEL = "scene.wheel.profile"  # key that a fleet draws
-Deposit = Literal["position", "length", "reach"]
 Years = Annotated[float, Quantity("", 0, 100, "years from now")]
 
 
@@ -139,11 +138,6 @@ class DamageSettings(Frozen):
         " where a patch of a crossing bends around a corner",
     )
     patch_spacing: Annotated[float, Quantity("mm", 0.1, 50, "between the patches along a crossing")] = 2e-3
-    deposit: Deposit = Field(
-        "reach",
-        description="where a patch wears a crossing: along its length by what the wheel reaches there, across its own"
-        " position, or along its length where its ellipse's cells lie, which digs pits that no wheel reaches",
-    )
     plan_spacing: Annotated[
         float, Quantity("mm", 0.05, 2, "across a crossing between the depths of its plan; along it is patch_spacing")
     ] = 0.25e-3
@@ -262,8 +256,6 @@ class DamageSettings(Frozen):
             self._refuse("flow: plastic flow is known of a crossing's wing and nose; leave it out")
         if self.site == "switch" and self.tangential == "conformal":
             self._refuse('tangential: strips of their own normals are known of a crossing\'s patches; write "plane"')
-        if self.site == "switch" and self.deposit == "length":
-            self._refuse("deposit: a switch is worn as one section, which has no length; leave it out")
         if self.site == "switch" and self.lateral_scatter:
             self._refuse("lateral_scatter: the switch's wheelset runs on a sine; leave it out")
         if not 0 <= self.onset < self.peak < self.balance:

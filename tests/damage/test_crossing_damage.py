@@ -78,16 +78,6 @@ def test_volume_of_the_field_is_that_of_the_patches(contacts):
         assert field.volume(name) == pytest.approx(strips, rel=1e-9)
 
 
-def test_a_patch_wears_its_own_position_or_its_length(contacts):
-    """The same volume by both; along its length the worn stretch is longer and depth bends less from line to line."""
-    one, two = (wear_field(contacts, LAWS, over_length=own) for own in (False, True))
-    for name in LAWS:
-        assert two.volume(name) == pytest.approx(one.volume(name), rel=1e-12)
-    nose = [field.depth["krause_poll"][1].max(axis=1) for field in (one, two)]
-    assert (nose[1] > 0).sum() > (nose[0] > 0).sum()
-    assert np.abs(np.diff(nose[1], 2)).max() < np.abs(np.diff(nose[0], 2)).max()
-
-
 def test_half_the_spacing_wears_the_same_volume(result):
     """The sum over patches is a trapezoidal rule along x: 2 mm against 4 mm."""
     volume = lambda d: wear_field(
