@@ -53,6 +53,8 @@ def solve(
     if vertical and judged:
         sparse = run_pass(scene, settings, contacts_of(scene, settings, every_second(table)))
         errors["path_spacing"] = force_change(run, sparse)
+    if not vertical:
+        table = surfaces.under(run)
     patches = patches_at(table, run, patch_steps(table, run, scene.static_wheel_load))
     flags = hertz_flags(scene, table, run, patches)
     return light_result("rigid_hertz", scene, settings, table, run, errors, flags, started, patches)

@@ -37,7 +37,7 @@ def light_result(
     load, sign, columns = scene.static_wheel_load, scene.direction_sign, common_history(run)
     about, transfer, changes = {**(trust or {})}, NAN, len(table.transfers) > 0
     if patches is not None:
-        columns = columns | body_columns(run, table, points_at(table, run.x))
+        columns = body_columns(run, table, points_at(table, run.x)) | columns
         about["rigid_transfers"] = table.transfers.tolist()
         transfer = transfer_position(columns, sign, load)
         changes = bool(np.isfinite(transfer))

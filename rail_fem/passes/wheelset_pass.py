@@ -20,7 +20,7 @@ from geometry.path.path_search import BodySearch
 from geometry.path.wheel_path import REACH, RESOLUTION, rolling_radius
 from geometry.surfaces.bodies import BODIES
 from rail_fem.contact.contact_law import ContactLaw
-from rail_fem.contact.contact_table import ContactTable, contact_table
+from rail_fem.contact.contact_table import BY_BODY, ContactTable, contact_table
 from rail_fem.passes.lateral_equilibrium import lateral_equilibrium
 from rail_fem.passes.vertical_dynamics import PassMotion, static_distance
 from rail_fem.passes.vertical_pass import Contacts, LightPass, energy_columns, half_steps, scene_masses
@@ -63,6 +63,14 @@ class Surfaces:
         """The table of the centred wheel; what all searches cost, kept from another scene or not, is in it."""
         cost = sum(table.search_time for table in self.over + self.plain)
         return replace(self.over[len(self.over) // 2], search_time=cost)
+
+    def under(self, run: LightPass) -> ContactTable:
+        """The centred table with the contacts of the wheel where it ran, each at the nearest position looked at."""
+        table, order = self.centred, np.argsort(run.x)
+        across = np.interp(table.x, run.x[order], run.columns["wheel_lateral"][order])
+        k, i = np.abs(across - self.shift[:, None]).argmin(axis=0), np.arange(len(table.x))
+        at = lambda name: np.moveaxis(np.stack([getattr(t, name) for t in self.over])[k, :, i], 0, 1)
+        return replace(table, **{name: at(name) for name in BY_BODY})
 
 
 def centred(scene: Scene) -> Scene:
@@ -325,6 +333,8 @@ def as_light(
     if np.isfinite(clearance):
         columns["force_check"] = stiffness * np.maximum(across - clearance, 0.0)
     columns |= {"wheel_lateral": across, "wheel_roll": middle[:, ROLL], "wheel_yaw": middle[:, YAW]}
+    # with creep, which is not told contact by contact
+    columns |= dict.fromkeys(("force_longitudinal", "force_lateral"), np.full(len(across), np.nan))
     left = motion._replace(
         position=of_left(motion.position), velocity=of_left(motion.velocity), force=motion.force[:2],
         dent=motion.dent[:2],

@@ -104,6 +104,17 @@ def test_a_straight_diverging_route_with_nothing_in_reach_is_the_through_route_t
             np.testing.assert_array_equal(found.history[name], through.history[name])
 
 
+def test_contacts_are_told_where_the_wheel_has_moved_to_and_no_lateral_force_without_its_creep():
+    """As of a wheel that stands aside by half of what the track is narrower; those of the centred one were told."""
+    found = rigid_hertz.solve(scene(lateral="0.5 mm"), SHORT)
+    aside = rigid_hertz.solve(CASE.scene.replace(gauge="1434 mm"), SHORT.replace(degrees_of_freedom="vertical"))
+    centred = rigid_hertz.solve(CASE.scene, SHORT.replace(degrees_of_freedom="vertical"))
+    assert found.history["contact_y"][0] == pytest.approx(aside.history["contact_y"][0], abs=1e-5)
+    assert found.patches[0].y == pytest.approx(aside.patches[0].y, abs=1e-5)
+    assert abs(aside.patches[0].y - centred.patches[0].y) > 1e-4
+    assert np.isnan(found.history["force_lateral"]).all()
+
+
 def test_cant_that_balances_the_speed_leaves_no_force():
     """g cant / s = V^2 / R; without cant the axle's mass times V^2 / R."""
     speed = CASE.scene.replace(speed="40 mph").speed
