@@ -12,7 +12,7 @@ Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual pen
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -117,6 +117,14 @@ class ContactTable:
         """Which body (of BODIES) a rigid wheel at x stands on, and the index of the table's nearest position."""
         i = int(self.nearest(x))
         return int(np.argmax(self.height[:, i])), i
+
+
+def every_second(table: ContactTable) -> ContactTable:
+    """The same table at twice the spacing (both ends kept when their number is odd)."""
+    keep = np.unique(np.r_[np.arange(0, len(table.x), 2), len(table.x) - 1])
+    second = None if table.second is None else every_second(table.second)
+    rows = {name: getattr(table, name)[:, keep] for name in BY_BODY}
+    return replace(table, x=table.x[keep], second=second, **rows)
 
 
 def _hermite(at: np.ndarray, x: np.ndarray, height: np.ndarray, slope: np.ndarray) -> np.ndarray:

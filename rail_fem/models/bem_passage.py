@@ -21,7 +21,7 @@ from bem.patch import Patch, PatchCutError
 from geometry.surfaces.bodies import BODIES
 from kernel_cache import working_time
 from rail_fem.contact.contact_pairs import ContactPair, crossing_surface, pair_at
-from rail_fem.contact.contact_table import HIDDEN, ContactTable, TableKey, table_key, table_of
+from rail_fem.contact.contact_table import HIDDEN, ContactTable, TableKey, every_second, table_key, table_of
 from rail_fem.passes.pass_result import light_result, patch_steps
 from rail_fem.passes.plastic_indentation import as_seen, contacts_of, elastic_law
 from rail_fem.passes.validity import SolvedContact, bem_flags, law_flags
@@ -46,7 +46,8 @@ def solve(
     load = scene.static_wheel_load
     table = as_seen(solved_table(key, settings.patch_spacing, settings.cells), settings)
     started = working_time()
-    run, errors = run_with_errors(scene, settings, contacts_of(scene, settings, table))
+    contacts, sparse = (contacts_of(scene, settings, one) for one in (table, every_second(table)))
+    run, errors = run_with_errors(scene, settings, contacts, sparse)
     solved = solved_patches(key, settings, table, run, patch_steps(table, run, load))
     patches = tuple(patch for patch, _, _ in solved)
     errors["pressure"] = max(p.error.max_pressure for _, p, _ in solved)

@@ -25,7 +25,7 @@ from bem.steel.nonlinear_kinematic import NonlinearKinematic
 from geometry.surfaces.bodies import BODIES
 from kernel_cache import working_time
 from rail_fem.contact.contact_pairs import crossing_surface
-from rail_fem.contact.contact_table import ContactTable, TableKey, contact_table, table_key
+from rail_fem.contact.contact_table import ContactTable, TableKey, contact_table, every_second, table_key
 from rail_fem.models.bem_passage import pair_of
 from rail_fem.passes.pass_result import light_result, patch_steps, patches_at
 from rail_fem.passes.plastic_fields import metal_of, write_archive, write_vtu
@@ -58,7 +58,8 @@ def solve(
     window = settings.window(scene)
     key, table = table_key(scene, *window, settings.path_spacing), contact_table(scene, *window, settings.path_spacing)
     started = working_time()
-    run, errors = run_with_errors(scene, settings, contacts_of(scene, settings, table))
+    contacts, sparse = (contacts_of(scene, settings, one) for one in (table, every_second(table)))
+    run, errors = run_with_errors(scene, settings, contacts, sparse)
     steels = {body: getattr(scene.materials, body).steel() for body in BODIES}
     parts = parts_between(run.x[0], run.x[-1], scene.crossing.leg_end)
     flows: dict[str, Flow] = {}

@@ -11,7 +11,7 @@ import numpy as np
 from bem.exact.hertz import tangent_stiffness
 from kernel_cache import working_time
 from rail_fem.contact.contact_law import ContactLaw
-from rail_fem.contact.contact_table import contact_table
+from rail_fem.contact.contact_table import contact_table, every_second
 from rail_fem.passes.pass_result import light_result
 from rail_fem.passes.validity import lumped_flags
 from rail_fem.passes.vertical_pass import Contacts, force_change, run_pass, run_with_errors
@@ -31,9 +31,9 @@ def solve(
     table = contact_table(scene, *settings.window(scene), settings.path_spacing)
     started = working_time()
     constant = settings.contact_stiffness or static_constant(table, settings.window(scene)[0])
-    contacts = one_contact(table, constant, settings.contact, scene.static_wheel_load)
-    run, errors = run_with_errors(scene, settings, contacts)
-    softer = run_pass(scene, settings, one_contact(table, constant / 2, settings.contact, scene.static_wheel_load))
+    contacts = lambda table, constant: one_contact(table, constant, settings.contact, scene.static_wheel_load)
+    run, errors = run_with_errors(scene, settings, contacts(table, constant), contacts(every_second(table), constant))
+    softer = run_pass(scene, settings, contacts(table, constant / 2))
     errors["contact_stiffness"] = force_change(run, softer)
     flags = lumped_flags(scene, table, run, constant)
     trust = {"contact_constant": constant}

@@ -7,18 +7,15 @@ plastic flow and waves, which it flags. The wheel moves up and down; with `degre
 that rolls, and moves laterally and in yaw, on crossing and stock rail.
 """
 
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from kernel_cache import working_time
-from rail_fem.contact.contact_table import BY_BODY, ContactTable, contact_table
+from rail_fem.contact.contact_table import contact_table, every_second
 from rail_fem.passes.pass_result import light_result, patch_steps, patches_at
 from rail_fem.passes.plastic_indentation import contacts_of
 from rail_fem.passes.validity import hertz_flags
-from rail_fem.passes.vertical_pass import March, force_change, run_pass, run_with_errors
+from rail_fem.passes.vertical_pass import March, run_pass, run_with_errors
 from rail_fem.result.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import RigidHertzSettings
@@ -47,22 +44,12 @@ def solve(
         table, march = surfaces.centred, partial(run_wheelset, surfaces)
     started = working_time()
     contacts = contacts_of(scene, settings, table)
+    sparse = contacts_of(scene, settings, every_second(table)) if vertical else None
     run, errors = (
-        run_with_errors(scene, settings, contacts, march) if judged else (march(scene, settings, contacts), {})
+        run_with_errors(scene, settings, contacts, sparse, march) if judged else (march(scene, settings, contacts), {})
     )
-    if vertical and judged:
-        sparse = run_pass(scene, settings, contacts_of(scene, settings, every_second(table)))
-        errors["path_spacing"] = force_change(run, sparse)
     if not vertical:
         table = surfaces.under(run)
     patches = patches_at(table, run, patch_steps(table, run, scene.static_wheel_load))
     flags = hertz_flags(scene, table, run, patches)
     return light_result("rigid_hertz", scene, settings, table, run, errors, flags, started, patches)
-
-
-def every_second(table: ContactTable) -> ContactTable:
-    """The same table at twice the spacing (both ends kept when their number is odd)."""
-    keep = np.unique(np.r_[np.arange(0, len(table.x), 2), len(table.x) - 1])
-    second = None if table.second is None else every_second(table.second)
-    rows = {name: getattr(table, name)[:, keep] for name in BY_BODY}
-    return replace(table, x=table.x[keep], second=second, **rows)

@@ -295,14 +295,17 @@ def force_change(run: LightPass, other: LightPass) -> float:
 
 
 def run_with_errors(
-    scene: Scene, settings: PassSettings, contacts: Contacts, march: March = run_pass
+    scene: Scene, settings: PassSettings, contacts: Contacts, sparse: Contacts | None, march: March = run_pass
 ) -> tuple[LightPass, dict[str, float]]:
-    """A pass, and by passes beside it its relative error: of the step by twice the step; on bearers the force's change
-    by elements of twice the length, and by half more track on both sides."""
+    """A pass, and by passes beside it its relative error: of the step by twice the step; the force's change over
+    contacts searched at twice the spacing (sparse), on bearers by elements of twice the length, and by half more track
+    on both sides."""
     run = march(scene, settings, contacts)
     errors = {"time_step": step_error(run, march(scene, settings, contacts, 2 * run.step))}
     if scene.bearers is not None:
         changes = {"beam_element": 2 * settings.beam_element, "beam_reach": 1.5 * settings.beam_reach}
         again = {name: settings.model_copy(update={name: value}) for name, value in changes.items()}
         errors |= {name: force_change(run, march(scene, changed, contacts)) for name, changed in again.items()}
+    if sparse is not None:
+        errors["path_spacing"] = force_change(run, march(scene, settings, sparse))
     return run, errors

@@ -194,6 +194,17 @@ def test_a_step_too_coarse_for_the_forces_is_told(scene):
     assert not any("time_step" in w for w in fine.warnings)
 
 
+def test_positions_too_far_apart_for_the_forces_are_told(scene):
+    """By lumped, which told nothing: of a joint of 8 mrad 270 kN every 20 mm, 248 every millimetre."""
+    joint = scene.replace(crossing={"family": "joint", "dip_angle": "8 mrad"}, speed="30 m/s")
+    far, near = (
+        lumped.solve(joint, LumpedSettings(start=-0.3, end=0.3, path_spacing=spacing)) for spacing in (0.02, 1e-3)
+    )
+    assert abs(far.peaks["largest_force"].value / near.peaks["largest_force"].value - 1) > 0.05
+    assert any(w.startswith("path_spacing: moves forces by some") for w in far.warnings)
+    assert not any("path_spacing" in w for w in near.warnings)
+
+
 def test_facing_and_trailing_cases_meet_the_same_transfer(scene):
     back = load_case("thesis/case_05")
     facing, trailing = (
