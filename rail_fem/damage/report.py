@@ -31,7 +31,7 @@ def study_report(title: str, settings: DamageSettings, found: dict[str, Any]) ->
     blocks: list[str | Sequence[str]] = [
         f"# {title}",
         *([f"**Ended before its {settings.passes:,.0f} passes: {found['ended']}**"] if "ended" in found else []),
-        f"{found['passes']:,.0f} wheel passes of {found['kinds']} kind(s){'' if crossing else ' and position(s)'}; the"
+        f"{found['passes']:,.0f} wheel passes of {found['kinds']} kind(s) and position(s); the"
         f" shape changes by {law}, forces and patches are found anew on the changed shape {found['blocks']} times;"
         f" calibration factor {settings.factor:g} on all laws.{_resets(found)}",
         f"Largest force {force['first'] / 1e3:.0f} kN at first, {force['end'] / 1e3:.0f} kN at the end{goes_over}.",
@@ -183,7 +183,7 @@ def _shortened(settings: DamageSettings, found: dict[str, Any]) -> str:
 def _fleet(settings: DamageSettings, found: dict[str, Any]) -> list[str | list[str]]:
     """Life as a distribution over which wheels come, by each law, and who wears it most."""
     own = found.get("fleet")
-    if own is None:
+    if own is None or settings.fleet is None:
         return []
     low, _, high = own["quantiles"]
     farthest = (EXTRAPOLATED - 1) * (found["passes"] - found["began"])
@@ -202,7 +202,7 @@ def _fleet(settings: DamageSettings, found: dict[str, Any]) -> list[str | list[s
     return [
         "## The fleet",
         f"At x = {x * MM:.0f}, y = {y * MM:.1f} mm of the {own['body']}, where {limit} come first, at the rate of the"
-        f" last shape. Across a row: which of {found['kinds']} drawn kinds of pass come ({low:.0%}, median,"
+        f" last shape. Across a row: which of {settings.fleet.kinds} drawn kinds of pass come ({low:.0%}, median,"
         f" {high:.0%}), down the column: the model, by what the laws differ.",
         table_of(rows),
         f"Most of it by {kinds}. Were the worst {own['turned']} kind(s) turned into the mean of the others, it would"

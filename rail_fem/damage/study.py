@@ -202,7 +202,7 @@ def _study(case, settings, folder, goes_on, identity, progress, say, workers: Wo
         found["explicit"] = explicit.rows(site)
     found["tonnage"] = tonnage_of(case.scene, settings)
     if settings.fleet is not None:
-        found["fleet"] = fleet_life(settings, state, after)
+        found["fleet"] = fleet_life(settings, settings.fleet.kinds, state, after)
     if crossing and settings.sensitivities:
         found["sensitivities"] = sensitivities(case.scene, settings, run)
         found["wheel_ratios"] = wheel_ratios(case.scene, settings, run)

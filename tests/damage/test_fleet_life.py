@@ -56,7 +56,7 @@ def test_life_scatters_by_the_wheels_and_its_laws_stay_apart(worn):
     """The median of resampled kinds is their mean's within its own quantiles, of each law; kinds that wear alike do not
     scatter; what turning the worst is worth follows from the kinds' parts."""
     case, _, state, after = worn
-    found = fleet_life(case.damage, state, after)
+    found = fleet_life(case.damage, 4, state, after)
     for law, (low, middle, high) in found["worn_per_pass"].items():
         assert 0 < low < middle < high, law
         fewest, _, most = found["passes_to_limit"][law]
@@ -66,8 +66,18 @@ def test_life_scatters_by_the_wheels_and_its_laws_stay_apart(worn):
     assert found["less_without_worst"] == pytest.approx(1 - (1 - parts[0]) / 3 * 4, abs=1e-12)
     share, first = after.kinds[0]
     alike = replace(after, kinds=((share, first),) * 4)
-    low, _, high = fleet_life(case.damage, state, alike)["worn_per_pass"]["archard"]
+    low, _, high = fleet_life(case.damage, 4, state, alike)["worn_per_pass"]["archard"]
     assert high == pytest.approx(low, rel=1e-12)
+
+
+def test_lateral_positions_of_a_kind_count_by_their_shares(worn):
+    """Two kinds, each at a usual position and at a rare one that wears ten times as much: as their means alone."""
+    case, _, state, after = worn
+    one = after.kinds[0][1]
+    tenfold = replace(one, depth={law: 10 * own for law, own in one.depth.items()})
+    apart, alone = (((0.45, one), (0.05, tenfold)) * 2, ((0.5 * 1.9, one),) * 2)
+    scattered, mean = (fleet_life(case.damage, 2, state, replace(after, kinds=kinds)) for kinds in (apart, alone))
+    np.testing.assert_allclose(scattered["worn_per_pass"]["archard"], mean["worn_per_pass"]["archard"], rtol=1e-12)
 
 
 def test_another_seed_is_another_study():
