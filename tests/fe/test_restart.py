@@ -120,6 +120,16 @@ def steps(run: Run, count: int) -> None:
     run.loop_time = run.spent = run.dynamics.kernel_time = 0.0
 
 
+def assert_goes_on(live: Run, again: Run, count: int) -> None:
+    """A new run that reads what a live one has saved is that one, now and after so many steps of both."""
+    live.save()
+    again.resume()
+    assert differences(live, again) == [], f"at step {live.dynamics.step_count}"
+    for run in (live, again):
+        steps(run, count)
+    assert differences(live, again) == [], f"{count} steps after the restart"
+
+
 @pytest.mark.parametrize("model", ["fe_full", "fe_window"])
 def test_every_attribute_of_a_restarted_run_is_that_of_the_run_that_went_on(model, bodies, tmp_path):
     """Ten moments: before the first step, while settling, about the release, before and after rows, searches, checks;
@@ -131,13 +141,7 @@ def test_every_attribute_of_a_restarted_run_is_that_of_the_run_that_went_on(mode
         moments = [0, release, release + 1, 250]
     for moment, later in zip(moments, moments[1:]):
         assert live.dynamics.step_count == moment and live.settled == (moment > release)
-        live.save()
-        again = new_run(model, bodies, tmp_path)
-        again.resume()
-        assert differences(live, again) == [], f"at step {moment}"
-        for run in (live, again):
-            steps(run, later - moment)
-        assert differences(live, again) == [], f"at step {later}, restarted at step {moment}"
+        assert_goes_on(live, new_run(model, bodies, tmp_path), later - moment)
     assert live.recorder.rows and live.dynamics.contact.sums.any() and live.dynamics.structure.block_work.any()
 
 
@@ -145,24 +149,16 @@ def test_a_restarted_run_of_the_full_element_is_the_run_that_went_on(bodies, tmp
     settings = SETTINGS.model_copy(update={"element": "full"})
     live, again = (new_run("fe_full", bodies, tmp_path, settings) for _ in range(2))
     steps(live, 180)
-    live.save()
-    again.resume()
-    assert differences(live, again) == []
-    for run in (live, again):
-        steps(run, 20)
-    assert differences(live, again) == [] and live.dynamics.structure.finite.state.any()
+    assert_goes_on(live, again, 20)
+    assert live.dynamics.structure.finite.state.any()
 
 
 def test_a_restarted_run_on_an_elastic_wheel_is_the_run_that_went_on(bodies, tmp_path):
     scene = on_elastic_wheel(CASE.scene)
     live, again = (new_run("fe_full", bodies, tmp_path, SETTINGS, scene, behind=coarse_wheel()) for _ in range(2))
     steps(live, 150)
-    live.save()
-    again.resume()
-    assert differences(live, again) == []
-    for run in (live, again):
-        steps(run, 20)
-    assert differences(live, again) == [] and live.passage.axle.amplitude.any()
+    assert_goes_on(live, again, 20)
+    assert live.passage.axle.amplitude.any()
 
 
 def test_a_restarted_run_on_an_elastic_casting_is_the_run_that_went_on(bodies, tmp_path):
@@ -193,12 +189,7 @@ def test_a_restarted_run_of_a_steel_with_back_stresses_is_the_run_that_went_on(e
     live, again = (new_run("fe_full", bodies, tmp_path, settings, scene) for _ in range(2))
     steps(live, 180)
     assert live.dynamics.structure.finite.back.any()
-    live.save()
-    again.resume()
-    assert differences(live, again) == []
-    for run in (live, again):
-        steps(run, 20)
-    assert differences(live, again) == []
+    assert_goes_on(live, again, 20)
 
 
 FORGOTTEN = [
