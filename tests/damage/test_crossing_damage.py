@@ -5,17 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import rail_fem
 from geometry.surfaces.bodies import BODIES
-from rail_fem import cli
 from rail_fem.contact.contact_table import contact_table
 from rail_fem.damage.crossing import PatchOptions, pass_contacts, wear_field
 from rail_fem.damage.drivers import DRIVERS, sensitivities
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.strips import strip_angles, strip_creepages
 from rail_fem.damage.wear import dry_laws, worn_area
+from tests.commands import call
 
 CASE = rail_fem.example("damage/crossing_transfer")
 LAWS = dry_laws(5e9)
@@ -111,8 +110,7 @@ def test_zero_passes_wear_nothing_and_the_page_says_so(tmp_path):
     path = tmp_path / "case.toml"
     run = '[run.rigid_hertz]\nstart = "240 mm"\nend = "440 mm"\n\n[damage]\ncells = 12\npatch_spacing = "6 mm"'
     path.write_text(CASE.read_text().replace("[damage]", run))
-    answer = CliRunner().invoke(cli.app, ["damage", str(path), "--passes", "0", "--out", str(tmp_path / "out")])
-    assert answer.exit_code == 0, answer.output
+    call("damage", path, "--passes", "0", "--out", tmp_path / "out")
     found = json.loads((tmp_path / "out" / "damage.json").read_text())
     assert all(d == 0 for body in found["bodies"].values() for d in body["deepest_by_law"].values())
     assert found["wheels"] == [] and found["wheel_ratios"]["P8-worn"] > 0

@@ -2,12 +2,11 @@
 
 import json
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.examples import example
 from rail_fem.damage import crossing_site as crossing_site_module
@@ -24,6 +23,7 @@ from rail_fem.damage.worn_surface import WornSurface
 from rail_fem.hierarchy import solve
 from rail_fem.processes.pool import Pool, Workers
 from rail_fem.settings.damage import DamageSettings
+from tests.commands import call
 
 CASE = example("damage/crossing_transfer")
 QUICK = {"damage.cells": 12, "damage.patch_spacing": "6 mm", "damage.plan_spacing": "0.5 mm"}
@@ -232,8 +232,7 @@ def test_smoothing_keeps_volume_and_sign():
     assert smooth[1, 22, 48] > 0 and not smooth[0].any() and plain.smoothed(depth, 0.0) is depth
 
 
-def call(*arguments):
-    return CliRunner().invoke(cli.app, ["damage", *map(str, arguments)])
+damage = partial(call, "damage")
 
 
 def small_case(tmp_path):
@@ -248,8 +247,7 @@ def test_a_killed_study_of_a_crossing_goes_on_where_it_was(tmp_path, monkeypatch
     path, whole, cut = small_case(tmp_path), tmp_path / "whole", tmp_path / "cut"
     draw = study.study_figures
     monkeypatch.setattr(study, "study_figures", lambda *arguments: [])
-    answer = call(path, "--passes", "100", "--out", whole)
-    assert answer.exit_code == 0, answer.output
+    answer = damage(path, "--passes", "100", "--out", whole)
     monkeypatch.setattr(study, "study_figures", draw)
     write = study.write_state
 
@@ -258,31 +256,34 @@ def test_a_killed_study_of_a_crossing_goes_on_where_it_was(tmp_path, monkeypatch
         raise KeyboardInterrupt
 
     monkeypatch.setattr(study, "write_state", killed)
-    assert call(path, "--passes", "100", "--out", cut).exit_code != 0
+    damage(path, "--passes", "100", "--out", cut, code=130)
     monkeypatch.setattr(study, "write_state", write)
-    answer = call(path, "--passes", "100", "--out", cut, "--restart")
-    assert answer.exit_code == 0 and "going on after 50 passes" in answer.output
+    assert "going on after 50 passes" in damage(path, "--passes", "100", "--out", cut, "--restart").output
     one, two = np.load(whole / "damage.npz"), np.load(cut / "damage.npz")
     assert set(one) == set(two) and all((one[name] == two[name]).all() for name in one)
     found = json.loads((cut / "damage.json").read_text())
     assert found["passes"] == 100 and found["removed_error"] < 1e-6 and found["bodies"]["nose"]["deepest_by_law"]
     names = {"sections", "depth_plan", "tgamma", "depth_band", "passes", "shakedown", "wheel_wear"}
     assert {p.stem for p in (cut / "figures").glob("*.png")} == names
-    assert "How sure" in CliRunner().invoke(cli.app, ["show", str(cut)]).output
-    answer = CliRunner().invoke(cli.app, ["compare", str(whole), str(cut), "--out", str(tmp_path / "side")])
-    assert answer.exit_code == 0 and "| nose" in answer.output and (tmp_path / "side" / "compare.md").is_file()
-    answer = CliRunner().invoke(cli.app, ["compare", str(whole), str(tmp_path)])
-    assert answer.exit_code == 2 and "no damage.json" in answer.output
+    assert "How sure" in call("show", cut).output
+    answer = call("compare", whole, cut, "--out", tmp_path / "side")
+    assert "| nose" in answer.output and (tmp_path / "side" / "compare.md").is_file()
+    assert "no damage.json" in call("compare", whole, tmp_path, code=2).output
 
 
 def test_a_study_that_wears_to_its_limit_tells_what_had_worn_by_then(tmp_path, monkeypatch):
     monkeypatch.setattr(study, "study_figures", lambda *arguments: [])
-    answer = call(
-        small_case(tmp_path), "--passes", "100", "--set", "damage.depth_limit=0.035 mm", "--out", tmp_path / "out"
+    answer = damage(
+        small_case(tmp_path),
+        "--passes",
+        "100",
+        "--set",
+        "damage.depth_limit=0.035 mm",
+        "--out",
+        tmp_path / "out",
+        code=1,
     )
-    assert (
-        answer.exit_code == 1 and "worn 0.05 mm deep after 100 passes, the limit is" in answer.output.splitlines()[-1]
-    ), answer.output
+    assert "worn 0.05 mm deep after 100 passes, the limit is" in answer.output.splitlines()[-1], answer.output
     found = json.loads((tmp_path / "out" / "damage.json").read_text())
     assert found["passes"] == 50 and "Ended before its 100 passes" in (tmp_path / "out" / "report.md").read_text()
 
@@ -293,10 +294,10 @@ def test_a_state_of_another_definition_is_refused_in_a_sentence(tmp_path, monkey
     mark = study.study_mark
     older = lambda *arguments: {k: v for k, v in mark(*arguments).items() if k != "definition"} | {"version": 4}
     monkeypatch.setattr(study, "study_mark", older)
-    assert call(path, "--passes", "0", "--out", out).exit_code == 0
+    damage(path, "--passes", "0", "--out", out)
     monkeypatch.setattr(study, "study_mark", mark)
-    answer = call(path, "--passes", "0", "--out", out, "--restart")
-    assert answer.exit_code == 2 and "holds another case" in answer.output
+    answer = damage(path, "--passes", "0", "--out", out, "--restart", code=2)
+    assert "holds another case" in answer.output
     assert f"definition: None there, {study.DEFINITION[:40]}" in answer.output
 
 

@@ -3,18 +3,17 @@
 import json
 import re
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.doctor import examine
 from geometry.profiles.formats.by_suffix import read_raw, write_profile
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Wheelset
-from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.examples import example
 from rail_fem.contact.load_sharing import static_equilibrium
@@ -30,6 +29,7 @@ from rail_fem.damage.sites import stepping_of, switch_section, tonnage_of
 from rail_fem.damage.summary import _share_by, shortest_block, summary, years_of
 from rail_fem.damage.wear import laws_of, worn_area
 from rail_fem.damage.worn_profile import WornOutError, depth_between
+from tests.commands import call
 
 CASE = example("damage/switch_section")
 QUICK = {"damage.cells": 20, "damage.switch.positions": 3}
@@ -282,8 +282,7 @@ def test_positions_and_shares():
     assert scattered(2e-3, 0.0)[0] == [2e-3]
 
 
-def call(*arguments):
-    return CliRunner().invoke(cli.app, ["damage", *map(str, arguments)])
+damage = partial(call, "damage")
 
 
 def small_case(tmp_path, more=""):
@@ -298,8 +297,7 @@ def small_case(tmp_path, more=""):
 def test_a_killed_study_goes_on_where_it_was(tmp_path, monkeypatch):
     """Bitwise the state of the study that was not killed; its folder then holds figures, page and readable profiles."""
     path, whole, cut = small_case(tmp_path), tmp_path / "whole", tmp_path / "cut"
-    answer = call(path, "--passes", "20", "--out", whole)
-    assert answer.exit_code == 0, answer.output
+    damage(path, "--passes", "20", "--out", whole)
     write, written = study.write_state, []
 
     def killed(*arguments):
@@ -308,11 +306,11 @@ def test_a_killed_study_goes_on_where_it_was(tmp_path, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(study, "write_state", killed)
-    assert call(path, "--passes", "20", "--out", cut).exit_code != 0 and len(written) == 1
+    damage(path, "--passes", "20", "--out", cut, code=130)
+    assert len(written) == 1
     monkeypatch.setattr(study, "write_state", write)
-    assert call(path, "--passes", "20", "--out", cut).exit_code == 2  # holds a study already
-    answer = call(path, "--passes", "20", "--out", cut, "--restart")
-    assert answer.exit_code == 0 and "going on after 10 passes" in answer.output
+    damage(path, "--passes", "20", "--out", cut, code=2)  # holds a study already
+    assert "going on after 10 passes" in damage(path, "--passes", "20", "--out", cut, "--restart").output
     one, two = np.load(whole / "damage.npz"), np.load(cut / "damage.npz")
     assert all((one[name] == two[name]).all() for name in one)
     found = json.loads((cut / "damage.json").read_text())
@@ -325,10 +323,10 @@ def test_a_killed_study_goes_on_where_it_was(tmp_path, monkeypatch):
         "shakedown",
     }
     assert "How sure" in (cut / "report.md").read_text()
-    assert "How sure" in CliRunner().invoke(cli.app, ["show", str(cut)]).output
+    assert "How sure" in call("show", cut).output
     after = examine(read_raw(cut / "profile_after.txt", "rail"))
     assert after.profile is not None and not any(f.weight == "refused" for f in after.findings)
-    assert "finished already" in call(path, "--passes", "20", "--out", cut, "--restart").output
+    assert "finished already" in damage(path, "--passes", "20", "--out", cut, "--restart").output
 
 
 @pytest.mark.parametrize(
@@ -362,22 +360,21 @@ def test_bad_input_is_refused_with_its_key(tmp_path, change, said):
     [("1e9", "[0, 1e+08]"), ("-3", "[0, 1e+08]"), ("many", "not a number"), ("nan", "not a finite number")],
 )
 def test_passes_that_cannot_be_are_refused(tmp_path, passes, said):
-    answer = call(CASE, "--passes", passes, "--out", tmp_path / "out")
-    assert answer.exit_code == 2 and said in answer.output and not (tmp_path / "out").exists()
+    answer = damage(CASE, "--passes", passes, "--out", tmp_path / "out", code=2)
+    assert said in answer.output and not (tmp_path / "out").exists()
 
 
 def test_set_changes_the_case_and_its_mistakes_are_sentences(tmp_path):
     path, folder = small_case(tmp_path), tmp_path / "out"
-    answer = call(path, "--passes", "0", "--out", folder, "--set", "damage.hardness=3 GPa")
-    assert answer.exit_code == 0, answer.output
+    answer = damage(path, "--passes", "0", "--out", folder, "--set", "damage.hardness=3 GPa")
     assert json.loads((folder / "case.json").read_text())["damage"]["hardness"] == 3e9
     page = (folder / "report.md").read_text()
     assert "No years are told: `calibration` is not given" in page and "| - |" in page
     found = json.loads((folder / "damage.json").read_text())["bodies"]["section"]
     assert "over 100" not in page and found["years"]["to_limit"] is None
     for words, said in (("damage.hardness", "KEY=VALUE"), ("damage.hardnes=3 GPa", "did you mean 'hardness'")):
-        answer = call(path, "--out", tmp_path / "none", "--set", words)
-        assert answer.exit_code == 2 and said in answer.output and not (tmp_path / "none").exists()
+        answer = damage(path, "--out", tmp_path / "none", "--set", words, code=2)
+        assert said in answer.output and not (tmp_path / "none").exists()
 
 
 def test_a_study_that_has_not_ended_is_compared_with_nothing(tmp_path):
@@ -385,18 +382,16 @@ def test_a_study_that_has_not_ended_is_compared_with_nothing(tmp_path):
     for name in "ab":
         (tmp_path / name).mkdir()
         (tmp_path / name / "case.json").write_text('{"study": "damage"}')
-    answer = CliRunner().invoke(cli.app, ["compare", str(tmp_path / "a"), str(tmp_path / "b")])
-    assert answer.exit_code == 2 and "has not ended" in answer.output and "--restart" in answer.output
+    answer = call("compare", tmp_path / "a", tmp_path / "b", code=2)
+    assert "has not ended" in answer.output and "--restart" in answer.output
 
 
 def test_a_case_without_the_table_is_told_what_to_write(tmp_path):
-    answer = call(CASE.parents[1] / "nose_transfer.toml", "--out", tmp_path / "out")
-    assert answer.exit_code == 2 and "[damage]" in answer.output
+    assert "[damage]" in damage(CASE.parents[1] / "nose_transfer.toml", "--out", tmp_path / "out", code=2).output
 
 
 def test_a_case_of_damage_alone_names_its_command(tmp_path):
-    answer = CliRunner().invoke(cli.app, ["run", str(CASE), "--out", str(tmp_path / "out")])
-    assert answer.exit_code == 2 and "rail-fem damage" in answer.output
+    assert "rail-fem damage" in call("run", CASE, "--out", tmp_path / "out", code=2).output
 
 
 def test_wheel_files_lie_beside_the_case_and_count_by_their_content(tmp_path, monkeypatch):
@@ -422,7 +417,7 @@ def test_a_wheel_file_that_needs_telling_is_answered_with_the_command_that_tells
         load_case(path, {"damage.traffic": [{"wheel": "own.txt"}]})
     monkeypatch.chdir(tmp_path)
     command = re.search("rail-fem (profile .*csv)", str(told.value))
-    assert CliRunner().invoke(cli.app, command[1].split()).exit_code == 0
+    call(*command[1].split())
     assert load_case(path, {"damage.traffic": [{"wheel": "own-told.csv"}]}).damage.traffic[0].wheel == str(
         tmp_path / "own-told.csv"
     )

@@ -6,9 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from rail_fem import cli
 from rail_fem.case.casefile import Case, load_case
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings
@@ -31,6 +29,7 @@ from rail_fem.settings.light import (
 from rail_fem.show.case_facts import case_facts
 from rail_fem.show.report import result_report
 from rail_fem.sweeps.rows import cases_of, is_rows, read_rows
+from tests.commands import call
 from tests.rail_fem.test_scene import make_scene
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -114,9 +113,8 @@ def test_what_check_warns_of_stands_in_result_and_trust_report(tmp_path, undrawn
         CASE.partition("[run.fe_full]")[0].replace("ratio = 10.75", "ratio = 12")
         + '[run.lumped]\nstart = "300 mm"\nend = "400 mm"\n'
     )
-    call = lambda *arguments: CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
     said = " ".join(call("check", case).output.split())
-    assert call("run", case, "--out", tmp_path / "out").exit_code == 0
+    call("run", case, "--out", tmp_path / "out")
     result = load(tmp_path / "out")
     warnings = case_warnings(result.scene, LumpedSettings())
     assert len(warnings) == 2 and "1:12" in warnings[1] and "surrogate" in warnings[0]

@@ -6,12 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
 from rail_fem.case.casefile import CaseError
-from rail_fem.cli import app
 from rail_fem.design import search as search_module
 from rail_fem.design.problem import DesignError, read_design
 from rail_fem.design.search import TRIALS, Found, SearchRecord, Trial, rounded, search, trials_of
@@ -19,6 +17,7 @@ from rail_fem.design.search_report import command, report, shape_differences
 from rail_fem.design.shape import shape_difference, told
 from rail_fem.processes.pool import Workers
 from rail_fem.result.runfolder import held
+from tests.commands import call
 from tests.rail_fem.test_casefile import ROOT
 from tests.rail_fem.test_wheelshape import write
 
@@ -214,8 +213,7 @@ def test_the_start_is_the_case_and_unknown_where_the_case_has_no_such_table(tmp_
 
 def test_the_command_searches_with_a_light_model_and_reports(tmp_path):
     out = tmp_path / "out"
-    done = CliRunner().invoke(app, ["design", str(design(tmp_path, trials=12)), "--out", str(out), "--workers", "1"])
-    assert done.exit_code == 0, done.output
+    done = call("design", design(tmp_path, trials=12), "--out", out, "--workers", "1")
     assert "12 trials asked for, 24 made: 2 generations of 12, two at least" in done.output
     assert "trials (seed 3)" in done.output and (out / "design.png").stat().st_size > 10_000
     assert re.search(
@@ -289,7 +287,7 @@ def test_shapes_and_bodies_are_those_of_a_pass_that_sets_a_table(tmp_path):
 def test_checks_are_reported_and_not_searched_on(tmp_path):
     out = tmp_path / "out"
     path = design(tmp_path, trials=12, extra=CHECK)
-    assert CliRunner().invoke(app, ["design", str(path), "--out", str(out), "--workers", "1"]).exit_code == 0
+    call("design", path, "--out", out, "--workers", "1")
     text = (out / "design.md").read_text()
     assert "as slow as 50 mph" in text and "of 2 passes" in text and "rail-fem run" in text
     assert "50 mph" not in (out / TRIALS).read_text() and (out / "design_forces.png").stat().st_size > 10_000
@@ -326,10 +324,8 @@ def test_checks_are_reported_and_not_searched_on(tmp_path):
 )
 def test_a_design_that_cannot_be_searched_is_refused(tmp_path, old, new, complaint):
     path = design(tmp_path, change=(old, new))
-    done = CliRunner().invoke(app, ["design", str(path), "--out", str(tmp_path / "out"), "--workers", "1"])
-    if complaint is None:  # refused by the case itself
-        assert done.exit_code == 2
-    else:
+    call("design", path, "--out", tmp_path / "out", "--workers", "1", code=2)
+    if complaint is not None:  # else it is refused by the case itself
         with pytest.raises((DesignError, CaseError), match=complaint):
             read_design(path)
 
@@ -338,6 +334,6 @@ def test_a_folder_holds_one_search_at_a_time(tmp_path):
     """Two at once wrote each trial twice."""
     path, out = design(tmp_path), tmp_path / "found"
     with held(out):
-        refused = CliRunner().invoke(app, ["design", str(path), "--out", str(out), "--workers", "1"])
-    assert refused.exit_code and "runs there: wait until it ends" in " ".join(refused.output.split())
+        refused = call("design", path, "--out", out, "--workers", "1", code=2)
+    assert "runs there: wait until it ends" in " ".join(refused.output.split())
     assert not (out / TRIALS).exists()

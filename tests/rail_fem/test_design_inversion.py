@@ -4,9 +4,7 @@ command."""
 import numpy as np
 import pytest
 from scipy.stats import kstest
-from typer.testing import CliRunner
 
-from rail_fem.cli import app
 from rail_fem.design.emulator import _cost, judged_emulator
 from rail_fem.design.inversion import corrected, covered, judged, scatter_of
 from rail_fem.design.observations import FactGroup
@@ -16,6 +14,7 @@ from rail_fem.design.proof import ProofRun, ProvenShape
 from rail_fem.design.search import Trial
 from rail_fem.processes.pool import Workers
 from rail_fem.result.result import Peak
+from tests.commands import call
 from tests.rail_fem.test_casefile import ROOT
 from tests.rail_fem.test_error_bars import at_size
 
@@ -199,8 +198,7 @@ def test_known_scenes_are_found_again(problem, tmp_path):
 
 def test_the_command_inverts_and_says_what_decides(problem, tmp_path):
     out = tmp_path / "out"
-    done = CliRunner().invoke(app, ["design", str(problem), "--out", str(out), "--workers", "1"])
-    assert done.exit_code == 0, done.output
+    call("design", problem, "--out", out, "--workers", "1")
     text = (out / "inversion.md").read_text()
     assert "(scene.foundation.track_mass) | 100 kg to 500 kg |" in text and "| faster is harder | fast | >= 1 " in text
     assert (out / "inversion.png").stat().st_size > 10_000

@@ -4,9 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from rail_fem.cli import app
 from rail_fem.design import correction as correction_module
 from rail_fem.design import search as search_module
 from rail_fem.design.correction import learned, proven_numbers, search_and_prove
@@ -15,6 +13,7 @@ from rail_fem.design.proof import ProofRun, ProvenShape, shapes
 from rail_fem.design.proof_report import proof_report
 from rail_fem.design.search import Trial, search, trials_of
 from rail_fem.result.result import Peak
+from tests.commands import call
 from tests.rail_fem.test_design import CHECK, HERE, design
 from tests.rail_fem.test_error_bars import at_size
 
@@ -133,8 +132,6 @@ def test_a_search_begins_with_the_best_of_another_s_trials(rounds, tmp_path):
 
 def test_rounds_are_for_proofs(tmp_path):
     words = ["design", str(design(tmp_path)), "--out", str(tmp_path / "out"), "--rounds", "2"]
-    done = CliRunner().invoke(app, words)
-    assert done.exit_code == 2 and "--rounds is for the runs that prove" in done.output
+    assert "--rounds is for the runs that prove" in call(*words, code=2).output
     words = [*words[:4], "--begin", str(tmp_path / "nowhere")]
-    done = CliRunner().invoke(app, words)
-    assert done.exit_code == 2 and "to begin with" in done.output and not (tmp_path / "out").exists()
+    assert "to begin with" in call(*words, code=2).output and not (tmp_path / "out").exists()

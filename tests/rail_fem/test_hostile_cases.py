@@ -3,14 +3,13 @@ before the run."""
 
 import os
 import signal
+from functools import partial
 
 import pytest
-from typer.testing import CliRunner
 
 import rail_fem
 from geometry.meshing.mesh_file import read_mesh_file
 from geometry.profiles.formats.by_suffix import read_raw
-from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings
@@ -21,6 +20,7 @@ from rail_fem.scene.wheel_profile import read_wheel
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.sweeps.rows import read_rows
 from rail_fem.sweeps.trends import load_source
+from tests.commands import call
 from tests.rail_fem.test_casefile import GOOD, errors_of
 
 LIGHT = GOOD.partition("[run.fe_full]")[0]
@@ -237,7 +237,7 @@ hardening_stress = ["500 MPa", "800 MPa"]
 """
     )
     (tmp_path / "case.toml").write_text(text)
-    check = lambda *more: CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml"), *more])
+    check = partial(call, "check", tmp_path / "case.toml")
     told, every = (
         {" ".join(line.split()[:2]): " ".join(line.split()[2:]) for line in check(*more).output.splitlines()}
         for more in ((), ("--all",))
@@ -282,15 +282,14 @@ def test_what_is_allowed_but_doubtful_is_a_warning_of_the_case(tmp_path, old, ne
     (tmp_path / "case.toml").write_text(WINDOW.replace(old, new))
     case = load_case(tmp_path / "case.toml")
     assert said in " ".join(case_warnings(case.scene, case.runs["fe_window"]))
-    shown = CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml")])
-    assert said in " ".join(shown.output.split("warning(s)")[1].split())
+    assert said in " ".join(call("check", tmp_path / "case.toml").output.split("warning(s)")[1].split())
 
 
 def test_a_light_model_without_a_track_mass_is_refused_before_it_runs(tmp_path):
     """fe_window, too, which begins in the motion of one."""
     (tmp_path / "case.toml").write_text(WINDOW.replace('track_mass = "750 kg"', 'track_mass = "0 kg"'))
-    shown = CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml")])
-    assert shown.exit_code == 2 and "  scene.foundation.track_mass: 0 kg, the light models need" in shown.stderr
+    shown = call("check", tmp_path / "case.toml", code=2)
+    assert "  scene.foundation.track_mass: 0 kg, the light models need" in shown.stderr
 
 
 @pytest.mark.parametrize("size", [6, 7, 9, 20])
@@ -298,7 +297,7 @@ def test_what_the_mesher_must_refuse_is_told_by_check(tmp_path, size):
     """S1002 in the window about the nose: the band on the wing is 11.9 mm wide."""
     text = WINDOW.replace('"P8-worn"', '"S1002"').replace('"280 mm"', '"240 mm"') + f'element_size = "{size} mm"\n'
     (tmp_path / "case.toml").write_text(text)
-    shown = CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml")])
-    assert shown.exit_code == 2 and f"run.fe_window.element_size: {size} mm cannot be meshed: " in shown.stderr
-    refused = CliRunner().invoke(cli.app, ["run", str(tmp_path / "case.toml"), "--out", str(tmp_path / "out")])
-    assert refused.exit_code == 2 and not (tmp_path / "out").exists()
+    shown = call("check", tmp_path / "case.toml", code=2)
+    assert f"run.fe_window.element_size: {size} mm cannot be meshed: " in shown.stderr
+    call("run", tmp_path / "case.toml", "--out", tmp_path / "out", code=2)
+    assert not (tmp_path / "out").exists()

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from rail_fem import cli, hierarchy
+from rail_fem import hierarchy
 from rail_fem.case import estimate
 from rail_fem.processes.progress import read_status
 from rail_fem.result.result import load
 from rail_fem.run import job
 from rail_fem.scene.scene import GRAVITY
+from tests.commands import call
 from tests.rail_fem.toy_model import ToySettings
 from tests.ranks import run_on_ranks
 
@@ -39,14 +39,9 @@ def case(drawn_case, undrawn):
     return drawn_case
 
 
-def call(*arguments):
-    return CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
-
-
 def test_run_leaves_history_result_and_status_in_the_folder(drawn_case, tmp_path):
     out = tmp_path / "out"
     answer = call("run", drawn_case, "--out", out)
-    assert answer.exit_code == 0, answer.output
     assert {"case.json", "history.csv", "history.npz", "result.json", "status.json"} <= {
         path.name for path in out.iterdir()
     }
@@ -63,24 +58,21 @@ def test_second_run_into_the_same_folder_is_refused_and_changes_nothing(case, tm
     out = tmp_path / "out"
     call("run", case, "--out", out)
     before = {path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()}
-    answer = call("run", case, "--out", out)
-    assert answer.exit_code == 2 and "--overwrite begins again" in answer.stderr
+    assert "--overwrite begins again" in call("run", case, "--out", out, code=2).stderr
     assert {path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
-    assert call("run", case, "--out", out, "--overwrite").exit_code == 0
+    call("run", case, "--out", out, "--overwrite")
 
 
 def test_a_run_that_max_steps_ends_is_not_called_finished_and_goes_on(case, tmp_path):
     out, text = tmp_path / "out", case.read_text()
     case.write_text(text + "max_steps = 7\n")
     answer = call("run", case, "--out", out)
-    assert (
-        answer.exit_code == 0 and "CUT OFF: max_steps = 7 ended it" in answer.output and "finished" not in answer.output
-    )
+    assert "CUT OFF: max_steps = 7 ended it" in answer.output and "finished" not in answer.output
     status = read_status(out)
     assert status["state"] == "cut off" and status["percent"] < 100 and "--restart goes on" in status["message"]
     assert load(out).cut_off and "CUT OFF" in call("show", out).output
     case.write_text(text)
-    assert call("run", case, "--out", out, "--restart").exit_code == 0
+    call("run", case, "--out", out, "--restart")
     assert read_status(out)["state"] == "finished" and not load(out).cut_off
 
 
@@ -98,8 +90,7 @@ def test_a_folder_that_went_away_while_it_ran_gets_no_half_result(case, tmp_path
         return result
 
     monkeypatch.setattr(hierarchy, "solve", removed_meanwhile)
-    answer = call("run", case, "--out", out)
-    assert answer.exit_code == 1 and "was removed or emptied while the run went on" in answer.stderr
+    assert "was removed or emptied while the run went on" in call("run", case, "--out", out, code=1).stderr
     assert not any(path.suffix in (".npz", ".csv") or path.name == "result.json" for path in tmp_path.glob("out/*"))
 
 
@@ -108,8 +99,7 @@ def test_figure_that_cannot_be_drawn_does_not_cost_the_run(case, tmp_path, monke
         raise IndexError("an empty axis")
 
     monkeypatch.setattr(job, "draw_run", fail)
-    answer = call("run", case, "--out", tmp_path / "out")
-    assert answer.exit_code == 0 and "no figures: IndexError: an empty axis" in answer.output
+    assert "no figures: IndexError: an empty axis" in call("run", case, "--out", tmp_path / "out").output
     assert read_status(tmp_path / "out")["state"] == "finished" and load(tmp_path / "out").history["force"].size
 
 
@@ -117,12 +107,11 @@ def test_restart_after_a_fault_gives_the_same_answer_bit_for_bit(case, tmp_path,
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     call("run", case, "--out", whole)
     monkeypatch.setenv("TOY_FAULT", "20")
-    answer = call("run", case, "--out", cut)
-    assert answer.exit_code == 1 and "unstable at step 20, x = 0.095 m" in answer.stderr
+    assert "unstable at step 20, x = 0.095 m" in call("run", case, "--out", cut, code=1).stderr
     assert "ArithmeticError" in (cut / "traceback.0.txt").read_text() and read_status(cut)["state"] == "failed"
     assert "unstable at step 20" in read_status(cut)["message"] and "failed" in call("show", cut).output
     monkeypatch.delenv("TOY_FAULT")
-    assert call("run", case, "--out", cut, "--restart").exit_code == 0
+    call("run", case, "--out", cut, "--restart")
     for name, values in load(whole).history.items():
         np.testing.assert_array_equal(load(cut).history[name], values)
 
@@ -137,8 +126,7 @@ def test_restart_of_a_finished_run_changes_nothing_but_missing_figures(drawn_cas
     call("run", drawn_case, "--out", out)
     (out / "figures" / "force.png").unlink()
     before = everything(out)
-    answer = call("run", drawn_case, "--out", out, "--restart")
-    assert answer.exit_code == 0 and f"{out}: finished already" in answer.output
+    assert f"{out}: finished already" in call("run", drawn_case, "--out", out, "--restart").output
     after = everything(out)
     assert set(after) - set(before) == {out / "figures" / "force.png"}
     changed = {path.name for path in before if after[path] != before[path]}
@@ -163,8 +151,8 @@ def test_a_number_changed_by_hand_is_not_shown_as_the_runs(case, tmp_path):
     summary = json.loads((out / "result.json").read_text())
     summary["peaks"]["largest_force"] = {"value": 999e3, "unit": "N"}
     (out / "result.json").write_text(json.dumps(summary))
-    answer = call("show", out)
-    assert answer.exit_code == 2 and "was changed after the run had written it" in answer.stderr
+    answer = call("show", out, code=2)
+    assert "was changed after the run had written it" in answer.stderr
     assert "999" not in answer.output
     assert "--restart writes them again" in answer.stderr
     call("run", case, "--out", out, "--restart")
@@ -187,13 +175,9 @@ def test_damaged_result_is_named_by_show_and_written_again_by_restart(case, tmp_
     call("run", case, "--out", out)
     whole = load(out)
     (out / name).write_bytes(damage((out / name).read_bytes()))
-    answer = call("show", out)
-    assert (
-        answer.exit_code == 2
-        and "result.json or history.npz is damaged" in answer.stderr
-        and "--restart writes them again" in answer.stderr
-    )
-    assert call("run", case, "--out", out, "--restart").exit_code == 0
+    answer = call("show", out, code=2)
+    assert "result.json or history.npz is damaged" in answer.stderr and "--restart writes them again" in answer.stderr
+    call("run", case, "--out", out, "--restart")
     assert all(
         np.array_equal(load(out).history[name], values, equal_nan=True) for name, values in whole.history.items()
     )
@@ -214,9 +198,9 @@ def test_show_reads_only_when_asked_and_draws_only_what_is_missing(drawn_case, t
     call("run", drawn_case, "--out", out)
     (out / "figures" / "force.png").unlink()
     before = everything(out)
-    assert call("show", out, "--figures", "none").exit_code == 0 and everything(out) == before
-    answer = call("show", out)
-    assert answer.exit_code == 0 and "force.png" in answer.output
+    call("show", out, "--figures", "none")
+    assert everything(out) == before
+    assert "force.png" in call("show", out).output
     once = everything(out)
     assert set(once) - set(before) == {out / "figures" / "force.png"}
     call("show", out)
@@ -228,13 +212,12 @@ def test_show_reads_only_when_asked_and_draws_only_what_is_missing(drawn_case, t
 def test_show_lists_the_runs_below_a_folder(case, tmp_path):
     call("run", case, "--out", tmp_path / "sweep" / "toy")
     answer = call("show", tmp_path / "sweep")
-    assert answer.exit_code == 0 and "1 run(s) below" in answer.output and "sweep/toy: toy: finished" in answer.output
+    assert "1 run(s) below" in answer.output and "sweep/toy: toy: finished" in answer.output
 
 
 def test_failed_result_is_saved_and_ends_non_zero(case, tmp_path, monkeypatch):
     monkeypatch.setenv("TOY_RESULT_FAULT", "unstable at x = 0.3 m")
-    answer = call("run", case, "--out", tmp_path / "out")
-    assert answer.exit_code == 1 and "unstable at x = 0.3 m" in answer.stderr
+    assert "unstable at x = 0.3 m" in call("run", case, "--out", tmp_path / "out", code=1).stderr
     assert (
         load(tmp_path / "out").fault == "unstable at x = 0.3 m" and read_status(tmp_path / "out")["state"] == "failed"
     )
@@ -250,8 +233,8 @@ def test_smoke_takes_few_steps(case, tmp_path, monkeypatch):
 def test_faulty_case_ends_non_zero_before_anything_is_written(case, tmp_path, command):
     case.write_text(case.read_text().replace("speed =", "sped ="))
     out = tmp_path / "out"
-    answer = call(command[0], case, *(str(out) if word == "OUT" else word for word in command[1:]))
-    assert answer.exit_code == 2 and "scene.sped: unknown key, did you mean 'speed'?" in answer.stderr
+    answer = call(command[0], case, *(str(out) if word == "OUT" else word for word in command[1:]), code=2)
+    assert "scene.sped: unknown key, did you mean 'speed'?" in answer.stderr
     assert not out.exists()
 
 
@@ -260,8 +243,8 @@ def test_size_that_needs_more_memory_than_there_is_says_how_much(case, tmp_path,
     monkeypatch.setattr(estimate, "available_memory", lambda: 4e9)
     case.write_text(case.read_text() + 'element_size = "0.1 mm"\n')
     out = tmp_path / "out"
-    answer = call(command[0], case, *(str(out) if word == "OUT" else word for word in command[1:]))
-    assert answer.exit_code == 2 and not out.exists()
+    answer = call(command[0], case, *(str(out) if word == "OUT" else word for word in command[1:]), code=2)
+    assert not out.exists()
     assert (
         "run.toy.element_size: 0.1 mm makes about" in answer.stderr
         and "4 GB are free" in answer.stderr
@@ -274,21 +257,16 @@ def test_cells_of_a_plastic_half_space_that_need_too_much_are_refused_before_any
     out = tmp_path / "out"
     words = [str(out) if word == "OUT" else word for word in command[1:]]
     finest = ("--model", "bem_plastic", "--set", "run.bem_plastic.cell_size=0.1 mm")
-    answer = call(command[0], ROOT / "cases" / "nose_transfer.toml", *words, *finest)
-    assert answer.exit_code == 2 and not out.exists()
+    answer = call(command[0], ROOT / "cases" / "nose_transfer.toml", *words, *finest, code=2)
+    assert not out.exists()
     assert "run.bem_plastic.cell_size: 0.1 mm:" in answer.stderr and "take larger cells" in answer.stderr
 
 
 @pytest.mark.parametrize("window, said", [('start = "900 mm"\nend = "1400 mm"', "leaves the modelled crossing")])
 def test_window_that_leaves_the_crossing_is_refused_before_meshing(case, tmp_path, window, said):
     case.write_text(case.read_text() + window)
-    answer = call("run", case, "--out", tmp_path / "out")
-    assert (
-        answer.exit_code == 2
-        and "run.toy.start, end:" in answer.stderr
-        and said in answer.stderr
-        and not (tmp_path / "out").exists()
-    )
+    answer = call("run", case, "--out", tmp_path / "out", code=2)
+    assert "run.toy.start, end:" in answer.stderr and said in answer.stderr and not (tmp_path / "out").exists()
 
 
 def test_window_without_a_load_transfer_is_doubted(case):
@@ -298,14 +276,13 @@ def test_window_without_a_load_transfer_is_doubted(case):
 
 def test_case_with_several_models_asks_which(case):
     case.write_text(case.read_text() + "[run.fe_full]\n")
-    assert "choose one with --model" in call("check", case).stderr
-    assert call("check", case, "--model", "toy").exit_code == 0
-    assert "--model other: no such model" in call("check", case, "--model", "other").stderr
+    assert "choose one with --model" in call("check", case, code=2).stderr
+    call("check", case, "--model", "toy")
+    assert "--model other: no such model" in call("check", case, "--model", "other", code=2).stderr
 
 
 def test_check_shows_units_derived_numbers_cost_and_warnings(case, tmp_path):
     answer = call("check", case)
-    assert answer.exit_code == 0
     for words in (
         "75 mph",
         "66.25 t",
@@ -339,16 +316,13 @@ def test_missing_library_of_a_model_is_a_sentence(case, tmp_path, monkeypatch):
     broken.write_text("import library_that_is_not_there\n")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setitem(hierarchy.MODELS, "toy", hierarchy.Model("model_without_library", ToySettings, False, ""))
-    answer = call("run", case, "--out", tmp_path / "out")
-    assert (
-        answer.exit_code == 2 and "needs library_that_is_not_there" in answer.stderr and "./setup.sh" in answer.stderr
-    )
+    answer = call("run", case, "--out", tmp_path / "out", code=2)
+    assert "needs library_that_is_not_there" in answer.stderr and "./setup.sh" in answer.stderr
     assert not (tmp_path / "out").exists()
 
 
 def test_show_of_a_folder_without_a_run_says_so(tmp_path):
-    answer = call("show", tmp_path)
-    assert answer.exit_code == 2 and "neither a result nor a run" in answer.stderr
+    assert "neither a result nor a run" in call("show", tmp_path, code=2).stderr
 
 
 ON_RANKS = """

@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from rail_fem.cli import app
 from rail_fem.measurement.record import Record, RecordError, of_result, read_record
 from rail_fem.measurement.score import align, score, score_table
 from rail_fem.result.low_pass import CUTOFFS, filtered_peak, low_pass, low_passed
 from rail_fem.result.result import PassResult
 from rail_fem.show.report import result_report
+from tests.commands import call
 from tests.rail_fem.test_scene import make_scene
 
 RATE, SPEED = 10e3, 33.528
@@ -245,8 +244,8 @@ def test_the_commands_score_draw_and_filter_a_run(result, tmp_path):
         tmp_path / "m.png",
         tmp_path / "h.csv",
     )
-    done = CliRunner().invoke(app, ["measured", str(tmp_path / "run"), str(file), "--draw", str(picture)])
-    assert done.exit_code == 0 and "20 Hz" in done.output and picture.stat().st_size > 10_000, done.output
+    done = call("measured", tmp_path / "run", file, "--draw", picture)
+    assert "20 Hz" in done.output and picture.stat().st_size > 10_000, done.output
     for note, code, said in (
         ("90 mph", 2, "# scene.speed: 90 mph, but the run has "),
         (f"{SPEED} m/s", 0, "20 Hz"),
@@ -255,10 +254,9 @@ def test_the_commands_score_draw_and_filter_a_run(result, tmp_path):
         other = write(
             tmp_path / "n.csv", "x [mm], force [kN]", 1e3 * x, force_at(x) / 1e3, first=f"# scene.speed: {note}\n"
         )
-        done = CliRunner().invoke(app, ["measured", str(tmp_path / "run"), str(other)])
-        assert done.exit_code == code and said in done.output, done.output
-    done = CliRunner().invoke(app, ["low-pass", str(tmp_path / "run"), "--out", str(table)])
-    assert done.exit_code == 0 and "largest force low-passed at 20 Hz" in done.output
+        assert said in call("measured", tmp_path / "run", other, code=code).output
+    done = call("low-pass", tmp_path / "run", "--out", table)
+    assert "largest force low-passed at 20 Hz" in done.output
     assert table.read_text().startswith("# low-passed at 20 Hz") and "as it is" not in done.output
-    done = CliRunner().invoke(app, ["low-pass", str(tmp_path / "run"), "--out", str(table), "--cutoff", "1 MHz"])
-    assert done.exit_code == 0 and "too few for 1 MHz: it is written as it is" in done.output, done.output
+    done = call("low-pass", tmp_path / "run", "--out", table, "--cutoff", "1 MHz")
+    assert "too few for 1 MHz: it is written as it is" in done.output, done.output

@@ -6,11 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.stats import chi2, kstest
-from typer.testing import CliRunner
 
 from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import examples
-from rail_fem.cli import app
 from rail_fem.design import state
 from rail_fem.design.emulator import Emulator
 from rail_fem.design.inversion import Inversion, covered, invert
@@ -27,6 +25,7 @@ from rail_fem.measurement.trace import PassWindow, Sensor, quietest, trace_of
 from rail_fem.processes.pool import Workers
 from rail_fem.result.low_pass import low_pass
 from rail_fem.settings.light import RigidHertzSettings
+from tests.commands import call
 
 SPEED = 30.0
 RUN = """
@@ -352,8 +351,7 @@ def test_the_command_finds_a_state(found, case, monkeypatch):
     given = ["measured", str(folder / "train.csv"), str(case), "--out", str(out), "--trials", "48", "--workers", "1"]
     for text in FIND:
         given += ["--find", text]
-    done = CliRunner().invoke(app, given)
-    assert done.exit_code == 0, done.output
+    call(*given)
     text = (out / "inversion.md").read_text()
     assert "(scene.foundation.stiffness) | 60 kN/mm to 300 kN/mm |" in text and "chi-square, form 3 %" in text
     assert (out / "state.png").stat().st_size > 10_000

@@ -7,15 +7,14 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.keys import section_keys
 from rail_fem.case.schema import SCHEMA_FILE, case_schema
-from rail_fem.cli import app
 from rail_fem.hierarchy import MODELS
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import parse
+from tests.commands import call
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = sorted((ROOT / "cases").rglob("case_*.toml")) + sorted((ROOT / "cases").glob("*.toml"))
@@ -72,7 +71,7 @@ def test_every_shipped_case_fits(checker, path):
 @pytest.mark.parametrize("model", MODELS)
 def test_a_new_case_file_names_the_schema_beside_it_and_fits_it(checker, tmp_path, model):
     file = tmp_path / "case.toml"
-    assert CliRunner().invoke(app, ["init", str(file), "--model", model]).exit_code == 0
+    call("init", file, "--model", model)
     text = file.read_text(encoding="utf-8")
     assert text.splitlines()[0] == f"#:schema ./{SCHEMA_FILE}"
     assert json.loads((tmp_path / SCHEMA_FILE).read_text(encoding="utf-8")) == case_schema()
@@ -108,5 +107,5 @@ def test_what_the_schema_refuses_the_program_refuses(checker, tmp_path, was, is_
 
 
 def test_the_schema_alone_is_one_command(tmp_path):
-    assert CliRunner().invoke(app, ["list", "--schema", str(tmp_path / "s.json")]).exit_code == 0
+    call("list", "--schema", tmp_path / "s.json")
     assert json.loads((tmp_path / "s.json").read_text(encoding="utf-8"))["title"] == "rail-fem case file"

@@ -1,19 +1,20 @@
 """Trends of a sweep: verdicts on numbers that are known, input errors of the file, and the page with its figures."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from rail_fem import cli, hierarchy
+from rail_fem import hierarchy
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.passes.dip import trajectory_dip
 from rail_fem.result.result import PassResult, Peak
 from rail_fem.sweeps.published_table import published_table
 from rail_fem.sweeps.trend_words import control_words, count_lines, run_control, trend_lines
 from rail_fem.sweeps.trends import ControlExperiment, Group, Trend, TrendError, check, load_source, verdict
+from tests.commands import call
 
 ROOT = Path(__file__).resolve().parents[2]
 TRENDS = ROOT / "cases" / "thesis" / "trends.toml"
@@ -191,9 +192,8 @@ def test_the_page_holds_table_trends_and_figures(tmp_path):
         "[[group.trend]]\nsays='faster is harder'\nquantity='first impact on the nose'\n"
         "order=['slow','fast']\npublished='1, 2'\n"
     )
-    run = lambda *arguments: CliRunner().invoke(cli.app, ["report", *map(str, arguments), "--groups", str(trends)])
-    done = run(tmp_path / "sweep")
-    assert done.exit_code == 0, done.output
+    run = partial(call, "report", "--groups", trends)
+    run(tmp_path / "sweep")
     page = (tmp_path / "sweep" / "report" / "report.md").read_text()
     assert "rigid_hertz agrees (so lumped): 100, 200 kN" in page and "| slow |" in page and "published: 1, 2" in page
     assert (
@@ -206,8 +206,7 @@ def test_the_page_holds_table_trends_and_figures(tmp_path):
         (tmp_path / "sweep" / "report" / name).stat().st_size > 10_000
         for name in ("summary.png", "speed.png", "reference_forces.png", "reference_dip.png")
     )
-    nothing = run(tmp_path / "empty")
-    assert nothing.exit_code == 2 and "no results in CASE/MODEL" in " ".join(nothing.output.split())
+    assert "no results in CASE/MODEL" in " ".join(run(tmp_path / "empty", code=2).output.split())
 
 
 TREND = Trend(
@@ -338,17 +337,14 @@ def test_results_of_an_older_scene_are_named_and_left_out_of_the_page(tmp_path):
         )
     (tmp_path / "trends.toml").write_text("[[group]]\ntitle='Speed'\ncases=['old','new']\n")
     (tmp_path / "old.toml").write_text(text.replace('speed = "75 mph"', 'speed = "50 mph"'))
-    run = lambda: CliRunner().invoke(
-        cli.app, ["report", str(tmp_path / "sweep"), "--groups", str(tmp_path / "trends.toml")]
-    )
-    assert run().exit_code == 0
+    run = partial(call, "report", tmp_path / "sweep", "--groups", tmp_path / "trends.toml")
+    run()
     page = (tmp_path / "sweep" / "report" / "report.md").read_text()
     assert "| new |" in page and "| old |" not in page and "of another scene than its case file: speed: 33.5" in page
     assert "remove" not in page
     (tmp_path / "new.toml").write_text(text.replace('speed = "75 mph"', 'speed = "60 mph"'))
-    refused = run()
-    said = " ".join(refused.output.split())  # the reason once, not for each of a sweep's cases
-    assert refused.exit_code == 2 and "that can be used" in said and said.endswith("and 1 more")
+    said = " ".join(run(code=2).output.split())  # the reason once, not for each of a sweep's cases
+    assert "that can be used" in said and said.endswith("and 1 more")
 
 
 def test_a_digest_holds_the_text_and_small_figures(tmp_path):
@@ -356,25 +352,13 @@ def test_a_digest_holds_the_text_and_small_figures(tmp_path):
         made("lumped", nose).save(tmp_path / "sweep" / case / "lumped")
     trends = tmp_path / "trends.toml"
     trends.write_text("[[group]]\ntitle='Speed'\ncases=['slow','fast']\n")
-    run = lambda *shown: CliRunner().invoke(
-        cli.app,
-        [
-            "report",
-            str(tmp_path / "sweep"),
-            "--groups",
-            str(trends),
-            "--digest",
-            str(tmp_path / "docs" / "page.md"),
-            *shown,
-        ],
-    )
-    assert run("--show", "speed").exit_code == 0
+    digest = "--digest", tmp_path / "docs" / "page.md"
+    run = partial(call, "report", tmp_path / "sweep", "--groups", trends, *digest)
+    run("--show", "speed")
     assert {path.name for path in (tmp_path / "docs").iterdir()} == {
         "page.md",
         "page_speed.png",
     } and "(page_speed.png)" in (tmp_path / "docs" / "page.md").read_text()
     assert (tmp_path / "docs" / "page_speed.png").stat().st_size < 150_000
-    refused = run("--show", "colour")
-    assert refused.exit_code == 2 and "--show colour: no such figure; there are summary, speed" in " ".join(
-        refused.output.split()
-    )
+    refused = run("--show", "colour", code=2)
+    assert "--show colour: no such figure; there are summary, speed" in " ".join(refused.output.split())

@@ -11,19 +11,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from geometry.profiles.doctor import examine
 from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.formats.simpack import write_simpack
 from geometry.profiles.wheel import wheel_profile
-from rail_fem import cli, hierarchy
+from rail_fem import hierarchy
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.warnings import scene_warnings
 from rail_fem.result.result import load
 from rail_fem.result.runfolder import digest, fingerprint
 from rail_fem.scene.wheel_profile import KEPT, read_wheel
 from rail_fem.sweeps.compare import CompareError, compare
+from tests.commands import call
 
 ROOT = Path(__file__).resolve().parents[2]
 GOOD = (ROOT / "cases" / "nose_transfer.toml").read_text(encoding="utf-8")
@@ -40,10 +40,6 @@ def case_with(folder, name="wheel.csv", text=LIGHT) -> Path:
     path = folder / "case.toml"
     path.write_text(text.replace('"P8-worn"', f'"{name}"'), encoding="utf-8")
     return path
-
-
-def command(*words):
-    return CliRunner().invoke(cli.app, [str(word) for word in words])
 
 
 def one_line(outcome) -> str:
@@ -81,8 +77,7 @@ def test_a_profile_file_is_opened_once_in_a_whole_run(tmp_path, monkeypatch):
     for module, name in ((io, "open"), (builtins, "open"), (os, "open")):
         monkeypatch.setattr(module, name, count(getattr(module, name)))
     text = SCENE + '[run.bem_passage]\nstart = "345 mm"\nend = "375 mm"\npatch_spacing = "15 mm"\ncells = 8\n'
-    done = command("run", case_with(tmp_path, text=text), "--out", tmp_path / "run")
-    assert done.exit_code == 0, done.output
+    call("run", case_with(tmp_path, text=text), "--out", tmp_path / "run")
     assert opened == [tmp_path / "wheel.csv"]
 
 
@@ -147,14 +142,14 @@ def test_two_contents_under_one_name_are_two_wheels_for_every_cache(tmp_path):
 
 def test_a_sweep_runs_again_what_another_content_had_answered(tmp_path, undrawn):
     write(tmp_path / "wheel.csv")
-    sweep = lambda: one_line(command("sweep", case_with(tmp_path), "--out", tmp_path / "out"))
+    sweep = lambda: one_line(call("sweep", case_with(tmp_path), "--out", tmp_path / "out"))
     force = lambda: max(
         peak.value for peak in load(tmp_path / "out" / "case" / "p2_formula").peaks.values() if peak.unit == "N"
     )
     assert sweep().count("finished in") == 2
     first = force()
     (tmp_path / "wheel.csv").rename(tmp_path / "moved.csv")
-    again = one_line(command("sweep", case_with(tmp_path, "moved.csv"), "--out", tmp_path / "out"))
+    again = one_line(call("sweep", case_with(tmp_path, "moved.csv"), "--out", tmp_path / "out"))
     assert again.count("finished before") == 2
     write(tmp_path / "wheel.csv", wheel_profile("P8-hollow").points[::5])
     changed = sweep()
@@ -167,12 +162,7 @@ def test_results_of_two_contents_are_two_scenes_for_compare(tmp_path, undrawn):
     case = case_with(tmp_path)
     for name, wheel in (("a", "P8"), ("b", "S1002")):
         write(tmp_path / "wheel.csv", wheel_profile(wheel).points[::5])
-        assert (
-            command(
-                "run", case, "--model", "p2_formula" if name == "a" else "lumped", "--out", tmp_path / name
-            ).exit_code
-            == 0
-        )
+        call("run", case, "--model", "p2_formula" if name == "a" else "lumped", "--out", tmp_path / name)
     with pytest.raises(CompareError, match="another scene"):
         compare([tmp_path / "a", tmp_path / "b"])
 
@@ -183,8 +173,11 @@ def test_results_of_two_contents_are_two_scenes_for_compare(tmp_path, undrawn):
 def test_a_run_is_shown_gone_on_with_and_repeated_from_its_own_folder(tmp_path, undrawn):
     rough = P8 + 20e-6 * np.random.default_rng(3).standard_normal(P8.shape)
     write(tmp_path / "wheel.csv", rough)
-    run = lambda case, out, *more: command("run", case, "--model", "lumped", "--out", tmp_path / out, *more)
-    assert run(case_with(tmp_path), "run").exit_code == 0
+
+    def run(case, out, *more, code=0):
+        return call("run", case, "--model", "lumped", "--out", tmp_path / out, *more, code=code)
+
+    run(case_with(tmp_path), "run")
     shape = load_case(tmp_path / "case.toml").scene.wheel.shape
     (tmp_path / "wheel.csv").unlink()
     stored = load(tmp_path / "run")
@@ -194,12 +187,11 @@ def test_a_run_is_shown_gone_on_with_and_repeated_from_its_own_folder(tmp_path, 
         and all("> 10 um" in warning for warning in stored.warnings if "wheel.csv" in warning)
         and stored.scene.wheel.name == "wheel.csv"
     )
-    shown = command("show", tmp_path / "run")
-    assert shown.exit_code == 0 and "smoothed" in shown.output.split("note(s)")[1]
-    gone = run(tmp_path / "case.toml", "run", "--restart")
-    assert gone.exit_code == 2 and f"the {KEPT} of a run that has used it" in one_line(gone)
-    assert run(case_with(tmp_path, f"run/{KEPT}"), "run", "--restart").exit_code == 0
-    assert run(tmp_path / "case.toml", "again").exit_code == 0
+    assert "smoothed" in call("show", tmp_path / "run").output.split("note(s)")[1]
+    gone = run(tmp_path / "case.toml", "run", "--restart", code=2)
+    assert f"the {KEPT} of a run that has used it" in one_line(gone)
+    run(case_with(tmp_path, f"run/{KEPT}"), "run", "--restart")
+    run(tmp_path / "case.toml", "again")
     first, again = (json.loads((tmp_path / name / "case.json").read_text()) for name in ("run", "again"))
     assert first == again and read_wheel(tmp_path / "again" / KEPT).profile == shape
     assert np.array_equal(load(tmp_path / "again").history["force"], stored.history["force"])
@@ -207,7 +199,7 @@ def test_a_run_is_shown_gone_on_with_and_repeated_from_its_own_folder(tmp_path, 
 
 def test_case_and_result_state_the_digest(tmp_path):
     write(tmp_path / "wheel.csv")
-    assert command("run", case_with(tmp_path), "--model", "p2_formula", "--out", tmp_path / "run").exit_code == 0
+    call("run", case_with(tmp_path), "--model", "p2_formula", "--out", tmp_path / "run")
     content = load_case(tmp_path / "case.toml").scene.wheel.digest
     assert len(content) == 64
     assert json.loads((tmp_path / "run" / "result.json").read_text())["scene"]["wheel"]["digest"] == content
@@ -216,10 +208,9 @@ def test_case_and_result_state_the_digest(tmp_path):
 
 def test_a_restart_with_another_content_is_refused_and_told_what_to_do(tmp_path, undrawn):
     write(tmp_path / "wheel.csv")
-    assert command("run", case_with(tmp_path), "--model", "lumped", "--out", tmp_path / "run").exit_code == 0
+    call("run", case_with(tmp_path), "--model", "lumped", "--out", tmp_path / "run")
     write(tmp_path / "wheel.csv", wheel_profile("S1002").points[::5])
-    refused = command("run", tmp_path / "case.toml", "--model", "lumped", "--out", tmp_path / "run", "--restart")
-    assert refused.exit_code == 2
+    refused = call("run", tmp_path / "case.toml", "--model", "lumped", "--out", tmp_path / "run", "--restart", code=2)
     assert (
         "the profile file has changed since the run began: put it back, or name" in one_line(refused)
         and KEPT in refused.output
@@ -244,14 +235,10 @@ def test_a_scene_that_states_a_digest_takes_no_other_content(tmp_path):
 
 def test_a_case_that_changed_while_it_waited_is_refused(tmp_path):
     """What a sweep read is what its processes under mpirun run."""
-    refused = command(
-        "run", case_with(tmp_path, "P8"), "--model", "lumped", "--out", tmp_path / "run", "--digest", "0" * 64
+    refused = call(
+        "run", case_with(tmp_path, "P8"), "--model", "lumped", "--out", tmp_path / "run", "--digest", "0" * 64, code=2
     )
-    assert (
-        refused.exit_code == 2
-        and "has changed since it was read" in one_line(refused)
-        and not (tmp_path / "run").exists()
-    )
+    assert "has changed since it was read" in one_line(refused) and not (tmp_path / "run").exists()
 
 
 # One reader
@@ -294,8 +281,8 @@ def test_scatter_is_smoothed_in_text_as_in_simpack_and_said(tmp_path):
     text, simpack = (load_case(case_with(tmp_path, name)).scene for name in ("wheel.csv", "wheel.prw"))
     assert np.abs(text.wheel.shape.points - simpack.wheel.shape.points).max() < 1e-9
     assert any("smoothed: points moved by" in note for note in text.wheel.measured.notes)
-    check = command("check", tmp_path / "case.toml", "--model", "lumped")
-    assert check.exit_code == 0 and "repaired scatter" in one_line(check).split("derived")[0]
+    check = call("check", tmp_path / "case.toml", "--model", "lumped")
+    assert "repaired scatter" in one_line(check).split("derived")[0]
 
 
 @pytest.mark.parametrize(
@@ -374,8 +361,7 @@ def test_how_a_file_is_read_belongs_to_its_content(tmp_path):
 
 def test_a_result_of_a_file_read_as_told_is_read_back(tmp_path):
     write(tmp_path / "wheel.csv")
-    done = command("run", told(tmp_path, 'smoothing = "2 um"'), "--model", "p2_formula", "--out", tmp_path / "run")
-    assert done.exit_code == 0, done.output
+    call("run", told(tmp_path, 'smoothing = "2 um"'), "--model", "p2_formula", "--out", tmp_path / "run")
     scene = load_case(tmp_path / "case.toml").scene
     assert (
         load(tmp_path / "run").scene.plain() == scene.plain()
