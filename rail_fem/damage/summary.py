@@ -239,13 +239,15 @@ def years_of(
     told = settings.calibration is not None and run > 1
     events = maintenance_of(settings)[int(state.resets) :]
 
-    def first(at: np.ndarray, rate: np.ndarray, limit: float) -> tuple[float, float]:
-        """Rate [1/year] and state at the place that reaches the limit first."""
+    def first(at: np.ndarray, rate: np.ndarray, limit: float, before: float = 0.0) -> tuple[float, float]:
+        """Rate [1/year] and state at the place that reaches the limit first; where one has, its mean rate so far."""
+        if at.max() >= limit:
+            rate = (at - before) / max(run, 1.0)
         k = int(np.argmax(rate / np.maximum(limit - at, 1e-30)))
         return max(float(rate.flat[k]), 0.0) * axles, float(at.flat[k])
 
     def reached(law: str, crack: tuple[float, float], planned: Sequence[Event] = ()) -> tuple[float | None, str]:
-        rate, depth = first(state.lost + depths[law], rates[law], settings.depth_limit)
+        rate, depth = first(state.lost + depths[law], rates[law], settings.depth_limit, state.lost)
         found = life(rate, crack[0], settings.depth_limit, planned, horizon, (now, depth, crack[1]))
         return (found.years, found.reached) if told and found.reached else (None, "")
 

@@ -116,6 +116,8 @@ def test_years_are_told_within_three_times_what_was_run_and_by_the_last_rate():
     assert found(depth_limit=4e-3, calibration=None)["to_limit"] is None
     cracked = found((np.array([0.0, 0.5]), np.array([-1e-2, 5e-4])), depth_limit=4e-3)
     assert cracked["to_limit"] == pytest.approx(2.0) and cracked["limit"] == "cracks"
+    worn = found((np.array([0.0, 2.0]), np.array([0.0, -1e-2])), depth_limit=0.8e-3)  # both limits are passed
+    assert worn["to_limit"] == pytest.approx(0.5) and worn["to_depth_by_law"]["archard"] == pytest.approx(0.8)
     state.passes = 1.0
     assert found(depth_limit=1.1e-3)["to_limit"] is None
 
