@@ -212,6 +212,7 @@ class SourcesLocator(_CacheLocator):
 
     def __init__(self, file: Path, line: int):
         self.file, self.line = file, line
+        self._py_file = str(file)  # for numba's warning of a kernel that it cannot keep (NUMBA_OPT=0)
 
     @classmethod
     def from_function(cls, function, file):

@@ -48,6 +48,19 @@ def one_kernel(root: Path) -> str:
     return "from geometry.one import height; print(height(1.0), sum(height.stats.cache_hits.values()))"
 
 
+def test_a_kernel_that_numba_cannot_keep_runs_and_is_told_of(tmp_path):
+    """A large global array, or any kernel without optimization (NUMBA_OPT=0)."""
+    (tmp_path / "geometry").mkdir()
+    shutil.copy(ROOT / "kernel_cache.py", tmp_path)
+    (tmp_path / "geometry" / "one.py").write_text(
+        "import numpy as np\nfrom kernel_cache import njit\n\nMANY = np.ones(1_000_000)\n\n"
+        "@njit(cache=True)\ndef height(i):\n    return MANY[i]\n"
+    )
+    code = "import warnings; warnings.simplefilter('error'); from geometry.one import height"
+    told = f"{code}\ntry: height(3)\nexcept Warning as w: print(type(w).__name__)"
+    assert answer(told, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "kernels")) == "NumbaWarning\n"
+
+
 def test_an_edited_callee_is_never_run_in_its_old_form(tmp_path):
     """A kernel of one file calls one of another; the callee is edited; the caller's cache is not asked, and both caches
     lie outside the sources."""
