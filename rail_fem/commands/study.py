@@ -48,4 +48,6 @@ def study(
     from rail_fem.run.job import JobError
 
     with refusing(ValueError, OSError, JobError):
-        typer.run(importlib.import_module(f"rail_fem.studies.{name.replace('-', '_')}").main)
+        program = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+        program.command()(importlib.import_module(f"rail_fem.studies.{name.replace('-', '_')}").main)
+        program()

@@ -44,6 +44,11 @@ def test_every_command_is_listed_in_a_line_that_is_not_cut_and_has_a_help_of_its
     assert all(study in call("study", "--help") for study in STUDIES)
 
 
+def test_the_help_of_a_study_keeps_its_units(monkeypatch):
+    monkeypatch.setattr("sys.argv", ["rail-fem"])  # the command writes it
+    assert "of the wheels [mm]" in call("study", "crossing-path", "--help")
+
+
 def test_everything_that_can_be_chosen_is_listed():
     text = call("list")
     assert all(name in text for name in (*MODELS, *STUDIES, "P8-worn", "60E1", "Mn13"))
