@@ -13,6 +13,7 @@ def main() -> None:
     """The program; ready to be stopped before the long imports, and with a sentence where a library is missing."""
     stopping.listen()
     logging.getLogger(__package__).propagate = False  # the terminal has words of its own; ffcx sets a handler for all
+    logging.disable(logging.INFO)  # the compiler's own account of dolfinx's forms and elements
     os.environ["PYTHONSAFEPATH"] = "1"  # of every process that this one starts: nothing from the current folder
     if sys.argv[1:] in (["doctor"], ["doctor", "--json"]):  # speaks also where the command line cannot be imported
         from rail_fem.run.doctor import tell

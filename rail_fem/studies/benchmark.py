@@ -16,7 +16,6 @@ All times are processor times, the least of several repeats where a row can be r
 then change little.
 """
 
-import logging
 import platform
 import time
 from collections import defaultdict
@@ -203,7 +202,6 @@ def main(
     out: OUT = None,
 ) -> None:
     """Speed of the explicit model on this machine: kernels, a step of a pass, a card."""
-    logging.disable(logging.INFO)  # the compiler's own account of the assembled forms
     if part not in ("", "kernels", "step", "card"):
         raise typer.BadParameter(f"{part}: no such part; there are kernels, step, card")
     chosen = TimedPass(
