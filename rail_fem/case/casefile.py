@@ -188,7 +188,7 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
         holder, _, last = key.rpartition(".")
         if holder == "scene.vehicle" and value not in NO_VALUE and f"{holder}.{LOAD_KEYS.get(last)}" not in changes:
             table["scene"]["vehicle"].pop(LOAD_KEYS.get(last), None)
-        if holder.startswith("run.") and last == "preset":  # in place of what the file has beside it
+        if holder.startswith("run.") and last == "preset" and value not in NO_VALUE:  # in place of the file's own
             for given in set().union(*PRESETS.values()):
                 if f"{holder}.{given}" not in changes:
                     table["run"][holder.removeprefix("run.")].pop(given, None)

@@ -58,6 +58,7 @@ def test_a_preset_fills_what_does_not_stand_beside_it(tmp_path):
     assert quick.name == "nose_transfer"  # its folder in a sweep
     fast = quick.runs["fe_full"]
     assert (fast.element_size, fast.error_twin, fast.start) == (pytest.approx(1.4e-3), False, whole.start)
+    assert load_case(ROOT / "cases" / "nose_transfer.toml", {"run.fe_full.preset": "none"}).runs["fe_full"] == whole
     asked = {"run.fe_full.preset": "finest", "run.fe_full.window_ahead": "50 mm"}
     finest = load_case(path, asked).runs["fe_full"]
     assert (finest.window_ahead, finest.window_behind) == (pytest.approx(0.05), "auto")
