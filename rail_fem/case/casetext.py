@@ -51,6 +51,7 @@ def located(path: Path | str) -> Path:
 def read_table(path: Path) -> dict[str, Any]:
     """The tables of a TOML file as plain values. Errors: CaseTextError with one sentence."""
     try:
+        str(path.resolve()).encode()
         with open_file(path, refused=CaseTextError) as stream:
             text = stream.read(LARGEST_FILE).decode("utf-8-sig")
         check_size(text)
@@ -59,6 +60,8 @@ def read_table(path: Path) -> dict[str, Any]:
         raise CaseTextError(_absent(path)) from None
     except OSError as error:
         raise CaseTextError(f"cannot be read: {error.strerror}") from error
+    except UnicodeEncodeError as error:
+        raise CaseTextError("its folder's or its own name is not UTF-8 text: give it another name") from error
     except UnicodeDecodeError as error:
         raise CaseTextError(f"byte {error.start} is not UTF-8 text: save the file as UTF-8") from error
     except (tomllib.TOMLDecodeError, RecursionError) as error:

@@ -169,6 +169,12 @@ def test_files_of_another_kind_are_refused_in_one_sentence(tmp_path, text, said)
     assert any(said in error for error in errors_of(tmp_path, text))
 
 
+def test_a_folder_whose_name_is_no_text_is_refused_in_one_sentence(tmp_path):
+    """Of bytes that are not UTF-8: no result could name the files of such a case."""
+    with pytest.raises(CaseError, match="not UTF-8 text: give it another name"):
+        load_case(tmp_path / "S\udcfcd" / "case.toml")
+
+
 def test_another_version_is_the_only_fault_then_reported(tmp_path):
     assert len(errors_of(tmp_path, GOOD.replace("version = 1", "version = 2").replace("speed =", "sped ="))) == 1
 
