@@ -116,25 +116,27 @@ def sweep(
     for fault in cannot_start(jobs, ranks):
         typer.echo(f"will not start: {fault}", err=True)
     make_folder(out)
-    if not one:
-        write_tasks(jobs, out)
-    if array is not None:
-        say(str(write_array(jobs, out, array, ranks, limit, own_words(context))))
-        return
     by = Workers(workers, pool, tries, limit)
-    with aside(), last_words(lambda: AGAIN), refusing(PoolError):
+    with refusing(OSError):
+        if not one:
+            write_tasks(jobs, out)
+        if array is not None:
+            say(str(write_array(jobs, out, array, ranks, limit, own_words(context))))
+            return
+    with aside(), last_words(lambda: AGAIN), refusing(PoolError, OSError):
         outcomes = run_sweep(jobs, ranks, tell, by)
         better, proofs = ("", []) if rows is None or one else to_prove(rows, found, outcomes)
         proofs = [by_each(case, better) for case in proofs]
         outcomes += run_sweep(jobs_of(proofs, out, [better]), ranks, tell, by) if proofs else []
     told = report = sweep_report(outcomes, faults)
-    if rows is not None:
-        table = write_rows(rows, outcomes, out)
-        told = report = table + "\n" + report
-        if rows.fleet is not None:  # nobody reads a table of all its passes in a terminal
-            told = table + "\n".join(failures(outcomes, faults))
-    if not one:
-        write_tables(out, report, bool(vary), outcomes)
+    with refusing(OSError):
+        if rows is not None:
+            table = write_rows(rows, outcomes, out)
+            told = report = table + "\n" + report
+            if rows.fleet is not None:  # nobody reads a table of all its passes in a terminal
+                told = table + "\n".join(failures(outcomes, faults))
+        if not one:
+            write_tables(out, report, bool(vary), outcomes)
     say("\n" + told)
     if MANNER.as_json:
         emit(sweep_facts(out, outcomes, faults))

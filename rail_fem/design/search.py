@@ -235,8 +235,11 @@ class SearchRecord:
         self._write([*(repr(float(v)) for v in (*trial.values, *trial.numbers)), trial.fault])
 
     def _write(self, row: list[str]) -> None:
-        with self.path.open("a", newline="", encoding="utf-8") as file:
-            csv.writer(file, lineterminator="\n").writerow(row)
+        try:
+            with self.path.open("a", newline="", encoding="utf-8") as file:
+                csv.writer(file, lineterminator="\n").writerow(row)
+        except OSError as error:  # of a full disk, which names no file
+            raise OSError(error.errno, error.strerror, str(self.path)) from error
 
     def _read(self) -> None:
         text = self.path.read_text(encoding="utf-8")

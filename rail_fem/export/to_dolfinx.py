@@ -121,7 +121,7 @@ def write_by_dolfinx(path: Path, fields: DolfinxFields) -> list[Path]:
         and tags back
     .bp: displacement; beside it NAME_plastic_strain.bp and NAME_stress.bp, discontinuous Functions of degree 1, equal
         at the corners of a cell: VTX takes none of degree 0 in dolfinx 0.9, and one element a file
-    Errors: ExportError where dolfinx was built without ADIOS2.
+    Errors: ExportError where dolfinx was built without ADIOS2, or HDF5 cannot write.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -129,12 +129,15 @@ def write_by_dolfinx(path: Path, fields: DolfinxFields) -> list[Path]:
 
 
 def _write_xdmf(path: Path, fields: DolfinxFields) -> list[Path]:
-    with io.XDMFFile(fields.mesh.comm, str(path), "w") as file:
-        file.write_mesh(fields.mesh)
-        write_tags(file, fields.mesh, fields.cell_tags)
-        write_tags(file, fields.mesh, fields.facet_tags)
-        for function in (fields.displacement, fields.plastic_strain, fields.stress):
-            file.write_function(function, fields.time)
+    try:
+        with io.XDMFFile(fields.mesh.comm, str(path), "w") as file:
+            file.write_mesh(fields.mesh)
+            write_tags(file, fields.mesh, fields.cell_tags)
+            write_tags(file, fields.mesh, fields.facet_tags)
+            for function in (fields.displacement, fields.plastic_strain, fields.stress):
+                file.write_function(function, fields.time)
+    except RuntimeError as error:  # HDF5's, of a disk that is full or read-only
+        raise ExportError(f"--to {path}: cannot be written: {str(error).strip()}") from error
     return [path, path.with_suffix(".h5")]
 
 

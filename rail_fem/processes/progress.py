@@ -282,6 +282,8 @@ def write_status(folder: Path, status: Mapping[str, Any]) -> None:
     try:
         write_text_atomically(path, text)
     except OSError:
+        if not path.is_file():
+            raise
         with path.open("r+", encoding="utf-8") as stream:
             stream.write(text)
             stream.truncate()

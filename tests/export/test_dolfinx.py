@@ -9,7 +9,9 @@ from dolfinx import fem
 import rail_fem
 from geometry.axes import as_tensor
 from geometry.meshing.hexmesh import boundary_faces, find_rows
+from rail_fem.export.files import ExportError
 from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS
+from rail_fem.export.to_dolfinx import write_by_dolfinx
 from rail_fem.fe.compat import discontinuous, geometry_dofmap, original_cells
 from rail_fem.fe.domain import VTK_TO_DOLFINX
 from rail_fem.fe.hexahedron import volumes
@@ -160,6 +162,12 @@ def test_every_tagged_face_is_an_outer_face_with_an_outward_normal(written, fold
     away = corner.mean(axis=1) - run.fields.points[run.fields.cells[run.facet_cells]].mean(axis=1)
     normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
     assert ((away * normal).sum(axis=1) > 0).all()
+
+
+def test_a_file_that_hdf5_cannot_make_is_refused_with_its_name(found, tmp_path):
+    (tmp_path / "own.h5").mkdir()
+    with pytest.raises(ExportError, match="own.xdmf: cannot be written"):
+        write_by_dolfinx(tmp_path / "own.xdmf", found)
 
 
 def test_what_is_no_run_or_of_two_runs_is_refused_with_its_file(tmp_path):

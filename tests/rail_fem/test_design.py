@@ -3,6 +3,7 @@
 import re
 import shlex
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -116,6 +117,14 @@ def test_trials_that_ended_before_a_kill_are_kept(bowl, tmp_path, monkeypatch):
     calls = model.calls
     search(problem, tmp_path / "whole", HERE, lambda text: None)
     assert model.calls == 2 * calls
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a file that is full")
+def test_a_full_disk_is_told_with_the_file_of_the_trials(bowl, tmp_path):
+    record = SearchRecord(bowl[0], tmp_path / "out")
+    record.path = Path("/dev/full")
+    with pytest.raises(OSError, match="No space left on device: '/dev/full'"):
+        record._write(["1"])
 
 
 def test_a_best_that_is_no_better_than_the_start_is_said_to_be_none(bowl, tmp_path):

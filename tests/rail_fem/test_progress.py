@@ -209,3 +209,6 @@ def test_status_is_written_without_room_for_a_second_file(tmp_path, monkeypatch)
     monkeypatch.setattr(module, "write_text_atomically", full)
     write_status(tmp_path, {"state": "failed"})
     assert read_status(tmp_path)["state"] == "failed"
+    (tmp_path / "status.json").unlink()
+    with pytest.raises(OSError, match="No space left"):
+        write_status(tmp_path, {"state": "failed"})
