@@ -17,8 +17,8 @@ MARKS = {"wing": "o", "nose": "D"}
 PRESSURE = {"bem_passage": "elastic pressure\n(half-space) [MPa]"}  # of a model; else of Hertz' ellipse
 PANELS = (
     ("max_pressure", 1e-6, "elastic pressure\n(Hertz) [MPa]"),
-    ("length", 1e3, "length [mm]"),
-    ("width", 1e3, "width [mm]"),
+    ("length", 1e3, "length along x [mm]"),
+    ("width", 1e3, "width along y [mm]"),
 )
 
 

@@ -108,7 +108,7 @@ def name_bodies(
     for body in BODY:
         nodes = 1e3 * fields.nodes_of(body)
         seen = nodes[(nodes[:, 0] > low) & (nodes[:, 0] < high) & (nodes[:, 1] > bottom) & (nodes[:, 1] < top)]
-        if not len(seen):
+        if not len(seen) or np.ptp(seen[:, 0]) < reach:
             continue
         x = seen[:, 0].min() + reach if seen[:, 0].min() < low + 0.2 * (high - low) else seen[:, 0].max() - reach
         away = np.abs(seen[:, 0] - x)

@@ -125,8 +125,9 @@ def result_report(result: PassResult) -> str:
 
 def cost_rows(cost: Cost) -> list[tuple[str, str, str]]:
     """What the answer cost: name, value, remark."""
+    wall = f"{cost.wall_time:.2g} s" if cost.wall_time < 10 else duration(cost.wall_time)
     rows = [
-        ("wall time", duration(cost.wall_time), f"{cost.ranks} rank(s)"),
+        ("wall time", wall, f"{cost.ranks} rank(s)"),
         ("  the model itself", f"{cost.solve_time:.3g} s", ""),
         ("  contacts searched, or meshed", f"{cost.search_time:.3g} s", "kept for scenes of the same surfaces"),
         ("  kernels compiled", f"{cost.compile_time:.3g} s", "once on a machine"),
