@@ -95,8 +95,8 @@ def split(points: np.ndarray, x: float) -> tuple[SectionBody | None, SectionBody
     if np.any(np.diff(y) <= 0):
         at = int(np.argmax(np.diff(y) <= 0))
         raise ProfileError(
-            f"section at x = {x:g} m: turns back at y = {y[at]:.5f} m: it must run from the gauge side to the field"
-            " side"
+            f"section at x = {x:g} m: turns back, or stands upright, at y = {y[at]:.5f} m: y must grow from point to"
+            " point, from the gauge side to the field side"
         )
     metal = np.concatenate([[False], z > -FLOOR, [False]])
     starts, ends = np.flatnonzero(~metal[:-1] & metal[1:]), np.flatnonzero(metal[:-1] & ~metal[1:])
