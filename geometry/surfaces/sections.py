@@ -40,6 +40,16 @@ class SectionBody:
         """Scatter [m] and kinks of `line` (indices)."""
         return scatter_and_kinks(self.line)
 
+    @property
+    def sag(self) -> float:
+        """Of the running surface's arcs over the chords between points, the largest [m]; one bend between straights is
+        an edge."""
+        step = np.diff(np.column_stack([self.u, self.z]), axis=0)
+        turn = np.diff(np.arctan2(step[:, 1], step[:, 0]))
+        arc = np.where(turn[1:] * turn[:-1] > 0, np.minimum(abs(turn[1:]), abs(turn[:-1])), 0.0)
+        running = self.z[1:-2] > self.z.max() - FACE_DEPTH
+        return float(np.max(arc * np.hypot(*step[1:-1].T) / 8, where=running, initial=0.0))
+
 
 @dataclass(frozen=True, eq=False)
 class SectionCrossing:
@@ -74,8 +84,16 @@ class SectionCrossing:
 
     def scatter(self) -> float:
         """Of the points across the line of their section, median of all bodies [m]."""
-        bodies = [body for body in (*self.wings, *self.noses) if body is not None]
-        return float(np.median([body.scatter[0] for body in bodies]))
+        return float(np.median([body.scatter[0] for body in self.bodies]))
+
+    def sag(self) -> float:
+        """Of the arcs over the chords between points, median of all bodies [m]."""
+        return float(np.median([body.sag for body in self.bodies]))
+
+    @property
+    def bodies(self) -> list[SectionBody]:
+        """All that there are."""
+        return [body for body in (*self.wings, *self.noses) if body is not None]
 
 
 def standing_out(body: SectionBody) -> tuple[np.ndarray, np.ndarray]:
