@@ -21,7 +21,7 @@ from bem.plane.outline import Outline
 
 _NEAR = 0.5  # nearer than this (in element lengths) the stress is interpolated down to the boundary
 _VERTEX = 0.1  # next to a vertex the sum is bridged over this part of both elements
-_KINK = 0.03  # turn [rad] between elements beyond which their own stresses are taken at the boundary
+_KINK = 0.01  # turn [rad] between elements beyond which their own stresses are taken at the boundary
 _OUTSIDE = 0.05  # farther outside than this a point is outside the body: a chord lies h^2/8R within a convex profile
 
 
