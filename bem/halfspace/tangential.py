@@ -31,7 +31,7 @@ Force = tuple[float | None, float | None]
 _MAX_TURNS = 60
 _COARSEST_CELLS = 6
 # of the changes between the grids that is taken for the error (bem/verification/estimates_study.py): first order,
-_SHARE_ROLLING = 1.2
+_SHARE_ROLLING = 1.6
 _SHARE_SHIFT = 0.6  # and nearly second
 
 

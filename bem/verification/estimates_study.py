@@ -3,8 +3,9 @@
 Seeded cases are solved with their estimate and again with finer cells, which stand for the truth. Per quantity the
 table gives the cases, how many have a true error within the estimate, and the median of estimate over error: wanted are
 95 % and less than 5. The constants of `error_bound` (bem/halfspace/coarse.py) were chosen on seeds 1 to 9; other seeds
-hold them. Truth: normal contact at a sixth of the cell, tangential at a quarter (with the pressure solved anew there),
-slices at a third of the cell and half the station spacing, plane contact at a twentieth of the accuracy asked for.
+hold them. Truth: normal contact at a sixth of the cell, tangential at a quarter (with the pressure solved anew there;
+rolling, of first order, still has a quarter of the error then), slices at a third of the cell and half the station
+spacing, plane contact at a twentieth of the accuracy asked for.
 """
 
 from collections.abc import Callable
@@ -101,7 +102,7 @@ def tangential_case(draw: np.random.Generator, method: str) -> list[EstimateRow]
         return solvers[method](of, STEEL, STEEL, friction, Creepage(*parts), estimate=estimate)
 
     found, true = force(patch, True), force(fine, False)
-    error = relative_change(found.tangential_force, true.tangential_force)
+    error = relative_change(found.tangential_force, true.tangential_force) * (4 / 3 if method == "rolling" else 1)
     return [EstimateRow(f"{method}: tangential force", found.error.tangential_force, error)]
 
 
