@@ -39,7 +39,7 @@ MOST_PRESSURE = 3.2  # over the yield stress: finite elements find at most 2.9 b
 class IndentationStep:
     """A solved indentation step.
 
-    patch    : pressure and approach
+    patch    : pressure and approach, on the gap that the residual displacement has left
     state    : plastic strain, back stress, equivalent plastic strain on (nz, nx, ny) of patch.grid and depths
     stress   : (nz, nx, ny, 6) under load [Pa], order VOIGT; residual : the part by plastic strain
     surface  : (nx, ny) residual displacement of the surface, positive into the body [m]
@@ -139,7 +139,7 @@ class PlasticHalfSpace:
         self.body.accept(agreed.trial)
         deviator, mean = self.load_stress(self._tractions(agreed.solution.pressure))
         patch = Patch(
-            self.grid, gap, agreed.solution.pressure, agreed.solution.approach, HALF_SPACE,
+            self.grid, gap + self.body.surface, agreed.solution.pressure, agreed.solution.approach, HALF_SPACE,
             cost=Cost(time.perf_counter() - started, agreed.turns, agreed.products),
         )  # fmt: skip
         residual = stress_of(self.body.residual, self.body.mean_residual())
