@@ -149,7 +149,7 @@ class PlasticHalfSpace:
             strain_warnings(self.body)
             + pressure_warnings(self.pressure_ratio(agreed.solution.pressure))
             + peak_warnings(agreed.solution.pressure)
-            + depth_warnings(self.depths, equivalent_stress(deviator)),
+            + depth_warnings(self.depths, equivalent_stress(deviator), bool(self.sliding)),
         )  # fmt: skip
 
     def agree(self, gap: np.ndarray, load: float, tolerance: float, guess: Trial | None = None) -> Agreed:
@@ -209,17 +209,19 @@ def strain_warnings(body: PlasticBody) -> tuple[str, ...]:
     return large + nearly_incompressible(body.elastic)
 
 
-def depth_warnings(depths: np.ndarray, loading: np.ndarray) -> tuple[str, ...]:
-    """Where the steel below the deepest layer is loaded more than that in it, and may yield unseen.
+def depth_warnings(depths: np.ndarray, loading: np.ndarray, sliding: bool) -> tuple[str, ...]:
+    """Where steel below the deepest layer or, pressed without sliding, above the first may yield unseen.
 
     depths : of the layers (nz,) [m];  loading : von Mises stress of the load alone (nz, nx, ny) [Pa]
     """
     of_layers = loading.max(axis=(1, 2))
-    if of_layers.argmax() < len(depths) - 1 or not of_layers[-1] > 0:
+    worst = of_layers.argmax()
+    if not of_layers[worst] > 0 or 0 < worst < len(depths) - 1 or worst == 0 and sliding:
         return ()
+    which, beyond, remedy = ("deepest", "below", "more or thicker") if worst else ("first", "above", "thinner")
     return (
-        f"the load's von Mises stress is largest in the deepest of {len(depths)} layers, {depths[-1] * 1e3:.3g} mm"
-        " down: steel below it may yield and is not looked at; take more or thicker layers",
+        f"the load's von Mises stress is largest in the {which} of {len(depths)} layers, {depths[worst] * 1e3:.3g} mm"
+        f" down: steel {beyond} it may yield and is not looked at; take {remedy} layers",
     )
 
 

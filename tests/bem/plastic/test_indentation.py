@@ -154,6 +154,8 @@ def test_layers_that_end_above_what_yields_are_named():
     body, gap = sphere(2 * FIRST, 8, 1.7, 0.25)
     found = body.press(gap, 2 * FIRST)
     assert found.state.peeq.max() == 0 and "largest in the deepest of 2 layers" in "; ".join(found.warnings)
+    thick = PlasticHalfSpace(body.grid, 0.5, 8, RIGID, STEEL, body.body.hardening)  # millimetres for metres
+    assert "largest in the first of 8 layers, 250 mm down" in "; ".join(thick.press(gap, 2 * FIRST).warnings)
     body, gap = sphere(2 * FIRST)
     found = body.press(gap, 2 * FIRST)
     assert found.state.peeq.max() > 0 and not found.warnings
