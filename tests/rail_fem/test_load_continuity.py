@@ -7,6 +7,7 @@ below 1 %.
 
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,14 +15,16 @@ import pytest
 from bem.exact.hertz import point_contact_of_approach
 from geometry.contact.lofted_search import SurfaceSearch
 from geometry.contact.prismatic_search import ContactSearch
-from geometry.profiles.profile import Profile, arc, line
+from geometry.profiles.doctor import examine
+from geometry.profiles.formats.raw import RawProfile
+from geometry.profiles.profile import Profile
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.contact.load_sharing import STEEL_MODULUS, side_held, static_equilibrium
 from tests.geometry.lofted_rails import RADIUS, on_left, sphere, surface
-from tests.rail_fem.noisy_wheels import noisy_p8
+from tests.rail_fem.test_load_sharing import crowns, cylinder
 
 MM, UM = 1e-3, 1e-6
 
@@ -90,26 +93,12 @@ def test_force_is_continuous_as_a_valley_flattens_and_two_points_become_one(dept
     assert set(counts) == {1, 2}
 
 
-def crowns(apart: float, radius: float = 0.08, half: float = 10 * MM) -> Profile:
-    """Two crowns of one radius, `apart` from each other."""
-    centre, outer = apart / 2, apart / 2 + half
-    low, inner = np.sqrt(radius**2 - half**2) - radius, np.sqrt(radius**2 - centre**2) - radius
-    pieces = [
-        line((-outer - 5 * MM, low - 16 * MM), (-outer, low), 1 * MM),
-        arc((-outer, low), (0.0, inner), -radius, 0.1 * MM),
-        arc((0.0, inner), (outer, low), -radius, 0.1 * MM),
-        line((outer, low), (outer + 5 * MM, low - 16 * MM), 1 * MM),
-    ]
-    return Profile.from_pieces(pieces, "crowns")
-
-
 @pytest.mark.parametrize("depth", [30 * UM, 100 * UM])
 def test_no_force_jumps_by_one_percent_as_two_crowns_merge(depth):
     """On plain line, where two points meet and one vanishes: 14 mm apart to 0.1 mm."""
-    wheel = Profile.from_pieces([line((-50 * MM, 0), (60 * MM, 0), 1 * MM)], "cylinder")
 
     def force(apart):
-        search = ContactSearch(Wheelset(wheel, radius=RADIUS), Track(crowns(apart)))
+        search = ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(crowns(0.08, apart, 10 * MM)))
         state = search.settle()
         return side_held(search, replace(state, z=state.z - depth), "left").force.sum(axis=0)
 
@@ -155,6 +144,16 @@ def test_hardly_any_of_many_random_lines_has_a_jump(rail):
     assert (found > 0.01).sum() <= 6 and found.max() < 0.05
 
 
+def noisy_p8(noise: float, random: np.random.Generator) -> Profile:
+    """A P8 through every third of its points, each moved by normal scatter of `noise` [m]; 0: the P8 itself."""
+    new = wheel_profile("P8")
+    points = new.points[::3] + [0.0, noise] * random.standard_normal((len(new.points[::3]), 2))
+    if noise == 0:
+        return new
+    raw = RawProfile(points, np.arange(len(points)), Path("noisy"), "points", 1.0, "wheel", 1)
+    return examine(raw).profile.graph_part()
+
+
 def outcomes(count: int, seed: int, noise: float, rail: RailSurface | None) -> Counter:
     """Random positions, shifts, yaws, gauges and loads on plain line (rail None) or on the crossing; what the profile
     doctor makes of wheels with scatter.
@@ -192,8 +191,9 @@ def outcomes(count: int, seed: int, noise: float, rail: RailSurface | None) -> C
 
 
 @pytest.mark.parametrize("noise", [0.0, 10 * UM])
-def test_random_loaded_states_on_the_crossing_rest_in_equilibrium(rail, noise):
-    counts = outcomes(100, 5, noise, rail)
+@pytest.mark.parametrize("where", ["plain line", "crossing"])
+def test_random_loaded_states_rest_in_equilibrium(rail, where, noise):
+    counts = outcomes(100, 5, noise, rail if where == "crossing" else None)
     assert counts["rests"] + counts["rough"] == 100 and counts["rough"] <= 1
 
 

@@ -25,7 +25,6 @@ from rail_fem.contact.load_sharing import (
     static_equilibrium,
     wheel_equilibrium,
 )
-from tests.rail_fem.noisy_wheels import noisy_p8
 
 MM, UM = 1e-3, 1e-6
 RADIUS = 0.45
@@ -106,31 +105,6 @@ def test_p8_on_bs113a_carries_what_the_half_space_says(lateral, band):
     assert force[0].sum() == pytest.approx(load, rel=band)
 
 
-def largest_step(values: np.ndarray) -> float:
-    return np.abs(np.diff(values)).max() / np.abs(values).max()
-
-
-@pytest.mark.parametrize("depth", [30 * UM, 100 * UM])
-def test_the_force_is_continuous_as_two_crowns_merge_into_one(depth):
-    """Apart by 14 mm to 0: they touch at their saddle, join, and one is left; halving the steps halves the largest
-    change."""
-
-    def forces(count):
-        positions = np.linspace(14 * MM, 0.02 * MM, count)
-        return np.array(
-            [
-                side_force(ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(crowns(0.08, a, 10 * MM))), depth)[
-                    2
-                ].sum()
-                for a in positions
-            ]
-        )
-
-    coarse, fine = forces(36), forces(71)
-    assert largest_step(fine) < 0.6 * largest_step(coarse)
-    assert fine[-1] < fine[0]  # two interacting points are softer than two alone
-
-
 def test_the_force_is_continuous_as_one_of_two_points_vanishes():
     """A gap of two valleys, one of them filled until only an inflection is left: z = depth of a quartic with a linear
     tilt."""
@@ -201,55 +175,6 @@ def test_a_load_of_zero_just_touches_and_carries_nothing():
 def test_loads_that_cannot_be_are_refused(loads):
     with pytest.raises(WheelsetError, match="load"):
         static_equilibrium(p8_search(), loads)
-
-
-def loaded_states(count: int, seed: int, noise: float) -> int:
-    """Random shifts, yaws, gauges and loads on plain line; the wheels are what the profile doctor makes of points with
-    scatter.
-
-    Returns how many states were refused, or are the nearest where a force jumps past its load.
-    """
-    refused, random = 0, np.random.default_rng(seed)
-    for k in range(count):
-        if k % 100 == 0:
-            wheel = noisy_p8(noise, random)
-            search = ContactSearch(Wheelset(wheel), Track.plain_line(gauge=1.435 + random.uniform(-3, 15) * MM))
-        loads = 10 ** random.uniform(0, 5.2, 2)
-        held = random.uniform(-12, 12) * MM, random.uniform(-0.03, 0.03)
-        try:
-            found = static_equilibrium(search, loads, *held)
-        except WheelsetError as error:
-            assert "rough" in str(error)
-            refused += 1
-            continue
-        for side, load in ((found.left, loads[0]), (found.right, loads[1])):
-            values = np.concatenate(
-                [np.ravel(v) for v in (side.force, side.contacts.position, side.contacts.curvature, side.patch)]
-            )
-            assert np.isfinite(values).all() and len(side.normal_force) >= 1 and (side.normal_force >= 0).all()
-            assert side.force[:, 2].sum() == pytest.approx(load, rel=max(1e-6, 1.001 * found.imbalance))
-        refused += found.imbalance > 1e-6
-    return refused
-
-
-@pytest.mark.parametrize("noise", [0.0, 10 * UM])
-def test_random_loaded_states_rest_in_equilibrium(noise):
-    assert loaded_states(100, 5, noise) == 0
-
-
-@pytest.mark.validate
-def test_ten_thousand_loaded_states():
-    assert loaded_states(10_000, 11, 0.0) <= 3
-
-
-@pytest.mark.validate
-@pytest.mark.parametrize("noise, most", [(10 * UM, 5), (50 * UM, 5), (100 * UM, 5)])
-def test_rough_wheels_rest_or_say_that_they_are_rough(noise, most):
-    """On a profile that is rough within the patch the force may jump as a bump takes hold: then no rest is found, and
-    that is said."""
-    refused = loaded_states(2500, 11, noise)
-    print(f"noise {noise / UM:g} um: {refused} of 2500 states refused")
-    assert refused <= most
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
