@@ -300,7 +300,7 @@ def _unit_ellipses() -> tuple[np.ndarray, ...]:
 
 def hertz_constants(radii: np.ndarray, modulus: float) -> np.ndarray:
     """K (n,) [N/m^1.5] of relative radii (n, 2) [m]; bem.exact.hertz tabulated, error 2e-5
-    (tests/rail_fem/test_contact_table.py)."""
+    (tests/rail_fem/test_light_models.py)."""
     mean, ratio = np.sqrt(radii.prod(axis=1)), np.abs(np.log(radii[:, 0] / radii[:, 1]))
     table = _unit_ellipses()
     return modulus * np.sqrt(mean) * np.interp(ratio, table[0], table[1])

@@ -85,6 +85,7 @@ def check(error, message, call):
         (CurveError, "no array of numbers", lambda: loops(np.array([["a", "b"], ["c", "d"]]))),
         (CurveError, "no array of numbers", lambda: loops([[0, 0], [1]])),
         (CurveError, "0 points", lambda: loops(np.zeros((0, 2)))),
+        (CurveError, "all points are the same", lambda: loops(np.zeros((5, 2)))),
         (CurveError, r"shape \(4, 3\)", lambda: loops(np.zeros((4, 3)))),
         (CurveError, "1e-07 m cut a curve of 1 m into 1e[+]07", lambda: mesh_outline(BLOCK, Sizing(1e-7))),
         (OutlineError, "no points", lambda: Sizing(0.1, [Zone(np.zeros((0, 2)), 0.01)])),

@@ -105,12 +105,6 @@ def test_a_wheel_heals_the_cracks_on_its_own_line_alone(site, rate):
     assert not rate.crack[:, ~(rate.work > 0).any(axis=(0, 2))].any()
 
 
-def test_zero_passes_change_nothing(site):
-    assert list(evolve(site, 0.0, Stepping())) == []
-    state = begin(site)
-    assert state.deepest == 0 and not state.worn.depth.any()
-
-
 def test_wear_changes_the_contact_that_made_it(site, rate):
     """Under the deepest wear the nose gets flatter: its largest pressure falls, and so does its largest T gamma."""
     worn, _ = site.first().worn(rate.depth["archard"] * (20e-6 / rate.depth["archard"].max()))

@@ -193,12 +193,6 @@ def test_a_free_wheelset_has_no_moment_about_its_axle(first_rate):
         assert abs(moment) < 0.03 * size  # found on coarse cells, with the radius for the lever
 
 
-def test_zero_passes_change_nothing(section):
-    assert list(evolve(section, 0.0, Stepping())) == []
-    state = begin(section)
-    assert state.deepest == 0 and state.worn is state.first
-
-
 def test_blocks_keep_the_area_and_their_halving_changes_little(section):
     """40 passes in two and in four blocks: the deepest wear changes by less than 1 %, the area by what the state is."""
     ends = []

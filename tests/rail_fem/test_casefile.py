@@ -69,13 +69,6 @@ def test_a_preset_fills_what_does_not_stand_beside_it(tmp_path):
         assert error.startswith("run.fe_full.preset") and "fast, fine, finest" in error
 
 
-def test_every_case_in_the_folder_is_valid():
-    paths = sorted((ROOT / "cases").glob("*.toml"))
-    assert len(paths) >= 2
-    for path in paths:
-        load_case(path)
-
-
 def test_all_faults_are_reported_at_once_with_key_value_and_remedy(tmp_path):
     text = """
 titel = "x"

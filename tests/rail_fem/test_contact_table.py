@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from bem.exact.hertz import contact_stiffness
 from geometry.axes import tread_datum_y
 from geometry.path.wheel_path import wheel_path
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
-from rail_fem.contact.contact_table import hertz_constants, surface_gap
+from rail_fem.contact.contact_table import surface_gap
 from rail_fem.contact.intersection import FAR, equivalent_paraboloid, gaps_about
 
 
@@ -48,11 +47,3 @@ def test_the_gaps_about_a_contact_are_those_of_its_positions(body):
     over = np.minimum((gap - gap[:, 2:3, 4:5]) * cosine[:, None, None], FAR)
     assert (over == FAR).any() and (over < FAR).any()
     assert found == pytest.approx(over, abs=1e-16)
-
-
-def test_hertz_constants_of_a_table_are_the_exact_ones_to_2e_5():
-    """Radii of a wheel on a rail and beyond, both ways round, between the table's own points."""
-    generator = np.random.default_rng(3)
-    radii = np.exp(generator.uniform(np.log(0.02), np.log(1.0), (200, 2)))
-    exact = np.array([contact_stiffness(*pair, 1.15e11) for pair in radii])
-    assert hertz_constants(radii, 1.15e11) == pytest.approx(exact, rel=2e-5)

@@ -306,11 +306,6 @@ def test_check_shows_units_derived_numbers_cost_and_warnings(case, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml"]
 
 
-def test_patch_of_too_few_elements_is_doubted_with_both_numbers(case):
-    case.write_text(case.read_text() + 'element_size = "3 mm"\n')
-    assert "patch 11.2 mm < 6 elements of 3 mm" in call("check", case).output
-
-
 def test_missing_library_of_a_model_is_a_sentence(case, tmp_path, monkeypatch):
     broken = tmp_path / "model_without_library.py"
     broken.write_text("import library_that_is_not_there\n")

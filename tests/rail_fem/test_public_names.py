@@ -168,37 +168,6 @@ def test_the_example_of_a_package_runs(package, tmp_path, monkeypatch):
     assert len(names) > 3
 
 
-def test_contact_points_of_own_wheel_and_rail_in_five_lines(tmp_path):
-    """A P8 written to a file and read again touches a 60E1 where the P8 does."""
-    points = geometry.wheel_profile("P8").points * 1e3
-    np.savetxt(tmp_path / "wheel.csv", points, delimiter=",")
-    rail = geometry.rail_head("60E1", inclination=1 / 40)
-
-    def touch(wheel):
-        search = geometry.ContactSearch(geometry.Wheelset(wheel, radius=0.46), geometry.Track(rail))
-        return search.contacts(search.settle(3e-3), "left").position[0]
-
-    read = geometry.read_profile(tmp_path / "wheel.csv", kind="wheel")
-    assert touch(read) == pytest.approx(touch(geometry.wheel_profile("P8")), abs=0.3e-3)
-
-
-def test_the_patch_of_a_sphere_in_two_lines_is_that_of_hertz():
-    patch = bem.normal_contact(
-        lambda x, y: (x**2 + y**2) / 0.6, bem.STEEL, bem.STEEL, load=50e3, window=((-0.02, 0.02), (-0.02, 0.02))
-    )
-    exact = bem.point_contact(50e3, 0.3, 0.3, bem.contact_modulus(bem.STEEL, bem.STEEL))
-    assert patch.max_pressure == pytest.approx(exact.max_pressure, rel=5e-3)
-
-
-def test_a_line_contact_shakes_down_below_four_shear_yields_of_pressure():
-    """Johnson (1985), section 9.2: elastic below 3.1 k, residual stresses that keep it so up to 4 k."""
-    law, k = bem.cyclic_law(bem.STEEL.young, bem.STEEL.poisson, 300e6), 300e6 / 3**0.5
-    rolled = lambda pressure: bem.rolling_line_contact(law, 1e-3, pressure, 0.0, [0.5e-3, 0.78e-3], 3, 100)
-    grown = [np.diff(rolled(share * k).plastic_strain, axis=0, prepend=0.0) for share in (3.0, 3.8)]
-    assert not grown[0].any()
-    assert grown[1][0].max() > 0 and grown[1][2].max() < 0.01 * grown[1][0].max()
-
-
 def test_the_import_is_light():
     """Neither numerics nor dolfinx, MPI, Gmsh, VTK or matplotlib come with the bare import."""
     code = (
