@@ -109,21 +109,3 @@ class LocalCreepage:
         return LocalCreepage(
             self.y, np.asarray(self.longitudinal) + longitudinal, np.asarray(self.lateral) + lateral, self.spin
         )
-
-
-@dataclass(frozen=True)
-class RigidMotion:
-    """Of body 1 over body 2 per rolling speed, in the axes x, lateral, up: velocity (3,) at the origin of the section's
-    frame [1], rotation (3,) [1/m]."""
-
-    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    rotation: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    def creepage(self, y: np.ndarray, points: np.ndarray, normals: np.ndarray) -> LocalCreepage:
-        """Of strips at the patch's coordinate y (m,), at points (m, 2) [m] of the section with unit normals (m, 2) out
-        of body 2 (bem.slices.coupled.SlicePatch has all three)."""
-        (a, z), (n, up) = np.asarray(points, float).T, np.asarray(normals, float).T
-        v, w = self.velocity, self.rotation
-        return LocalCreepage(
-            y, v[0] + w[1] * z - w[2] * a, v[1] * up - v[2] * n - w[0] * (a * n + z * up), w[1] * n + w[2] * up
-        )

@@ -1,11 +1,11 @@
 """Rolling on patches laid along a rounding: creepages of strips, their limits, and CONTACT's conformal example."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
-from bem.creepage import LocalCreepage, RigidMotion
+from bem.creepage import LocalCreepage
 from bem.halfspace.fastsim import elliptic_patch, fastsim
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.rolled_ellipses import rolled_ellipses
@@ -35,6 +35,24 @@ def on_arc(y: np.ndarray, radius: float = ARC, angle: float = ANGLE) -> tuple[np
     lean = angle - y / radius
     normals = np.column_stack([-np.sin(lean), np.cos(lean)])
     return radius * normals, normals
+
+
+@dataclass(frozen=True)
+class RigidMotion:
+    """Of body 1 over body 2 per rolling speed, in the axes x, lateral, up: velocity (3,) at the origin of the section's
+    frame [1], rotation (3,) [1/m]."""
+
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rotation: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def creepage(self, y: np.ndarray, points: np.ndarray, normals: np.ndarray) -> LocalCreepage:
+        """Of strips at the patch's coordinate y (m,), at points (m, 2) [m] of the section with unit normals (m, 2) out
+        of body 2 (bem.slices.coupled.SlicePatch has all three)."""
+        (a, z), (n, up) = np.asarray(points, float).T, np.asarray(normals, float).T
+        v, w = self.velocity, self.rotation
+        return LocalCreepage(
+            y, v[0] + w[1] * z - w[2] * a, v[1] * up - v[2] * n - w[0] * (a * n + z * up), w[1] * n + w[2] * up
+        )
 
 
 def wheel_motion(longitudinal: float, yaw: float) -> RigidMotion:
