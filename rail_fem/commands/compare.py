@@ -26,7 +26,6 @@ def compare(
 ) -> None:
     """Cost against error of several models of one scene; damage studies side by side; passes over the same steel."""
     from rail_fem.damage.side_by_side import is_begun
-    from rail_fem.result.quantities import two_now
     from rail_fem.show.table_and_figure import write_table_and_figure
     from rail_fem.sweeps import compare as side_by_side
     from rail_fem.sweeps.compare_report import comparison_facts, comparison_text
@@ -42,7 +41,7 @@ def compare(
             compare_passes(folders, passes, out)
         return
     if quantity not in side_by_side.QUANTITIES:
-        stop(f"--quantity {quantity}{two_now(quantity)}: choose one of {', '.join(side_by_side.QUANTITIES)}")
+        stop(f"--quantity {quantity}: choose one of {', '.join(side_by_side.QUANTITIES)}")
     limit = None if within is None else share(within, "--within")
     with refusing():
         found = side_by_side.compare(folders, reference)

@@ -73,18 +73,11 @@ def studies_facts(folders: list[Path]) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _of_before(facts: dict[str, Any]) -> dict[str, Any]:
-    """The one part of a section whose numbers stood among those of the study."""
-    tgamma = facts["tgamma"]
-    largest = {"largest_tgamma": tgamma["largest"], "at_end": {"largest_tgamma": tgamma["largest_at_end"]}}
-    return {"section": facts | largest}
-
-
 def studies_table(folders: list[Path]) -> str:
     """Markdown table, a row for each part of each study. Errors: ComparisonError."""
     rows = []
     for name, facts in studies_facts(folders).items():
-        for part, own in (facts.get("bodies") or _of_before(facts)).items():
+        for part, own in facts["bodies"].items():
             band = list(own["deepest_by_law"].values())
             rows.append(
                 {

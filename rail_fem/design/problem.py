@@ -68,7 +68,6 @@ from rail_fem.design.record_facts import RecordFact
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.measurement.record import RecordError, read_record
 from rail_fem.measurement.trace import Trace, trace_of
-from rail_fem.result.quantities import two_now
 from rail_fem.scene.base import Count, Frozen
 from rail_fem.scene.input_errors import meaning, suggest
 from rail_fem.scene.units import NUMBER_THEN_UNIT, Quantity, QuantityError, parse, si_factor
@@ -167,8 +166,7 @@ class Objective(Frozen):
     def _is_known(self) -> "Objective":
         if self.quantity not in MEASURES:
             raise ValueError(
-                f'quantity "{self.quantity}"'
-                f"{two_now(self.quantity) or f' is not known{suggest(self.quantity, MEASURES)}'}: {', '.join(MEASURES)}"
+                f'quantity "{self.quantity}" is not known{suggest(self.quantity, MEASURES)}: {", ".join(MEASURES)}'
             )
         if self.goal == 0:
             raise ValueError(f"target {self.target}: is counted by shares of it: without a target it is to be small")

@@ -63,13 +63,6 @@ def impact_pressure(result: PassResult) -> float:
     return float(pressure[near].mean()) if near.any() else NAN
 
 
-def two_now(name: str) -> str:
-    """What became of a quantity's former name, as the end of a sentence; "" for any other."""
-    if name.strip().replace("_", " ") != "first impact":
-        return ""
-    return " may be two things: 'impact on the wheel', or 'first impact on the nose', which is the nose's share of it"
-
-
 REPORTED: dict[str, ReportedQuantity] = {
     **{name: ReportedQuantity("N", words, _force(name)) for name, words in FORCES.items()},
     "impact_pressure": ReportedQuantity(

@@ -1,7 +1,7 @@
 """What a damage study takes, read from [damage] of a case file."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
@@ -225,15 +225,6 @@ class DamageSettings(Frozen):
     def factor(self) -> float:
         """On all wear laws; that of the dry laboratory where no calibration is given."""
         return 1.0 if self.calibration is None else self.calibration
-
-    @model_validator(mode="before")
-    @classmethod
-    def _lists_of_before(cls, values: Any) -> Any:
-        old = [name for name in ("wheels", "weights", "speeds", "axle_loads") if name in values]
-        if old:
-            row = 'wheel = "P8", share = 0.25, speed = "75 mph", axle_load = "22.5 t"'
-            cls._refuse(f"{old[0]}: a kind of pass is a table [[damage.traffic]] of its own now, with {row}")
-        return values
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

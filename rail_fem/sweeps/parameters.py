@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from rail_fem.case.variations import VariationError, quantity_at
-from rail_fem.result.quantities import two_now
 from rail_fem.result.result import PassResult
 from rail_fem.result.runfolder import MARK
 from rail_fem.scene.crossing import FAMILY_KEYS, Crossing
@@ -93,8 +92,6 @@ def find_column(name: str, columns: Iterable[str], what: str) -> str:
             return found[0]
         if found:
             raise ValueError(f"{what} {name}: may be {' or '.join(bare[column] for column in found)}: write it in full")
-    if there_now := two_now(name):
-        raise ValueError(f"{what} {name}{there_now}")
     raise ValueError(
         f"{what} {name}: not there{suggest(name, bare.values())}; choose one of"
         f" {', '.join(bare.values()) or 'nothing: all runs have the same values'}"

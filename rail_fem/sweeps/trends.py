@@ -43,7 +43,7 @@ from rail_fem.contact.rigid import rigid_path
 from rail_fem.hierarchy import MODELS
 from rail_fem.result.events import first_maximum, flights, leg_flight, longest_flight
 from rail_fem.result.low_pass import filtered_force
-from rail_fem.result.quantities import REPORTED, two_now
+from rail_fem.result.quantities import REPORTED
 from rail_fem.result.result import NAN, PassResult
 from rail_fem.scene.scene import Frozen
 from rail_fem.scene.units import SHOWN
@@ -290,7 +290,7 @@ class Trend(Frozen):
         controls = (control.quantity or self.quantity for control in self.control)
         for quantity in (self.quantity, *self.exceeds, *controls):
             if quantity not in MEASURES:
-                raise ValueError(f"quantity '{quantity}'{two_now(quantity) or ' is not one of ' + ', '.join(MEASURES)}")
+                raise ValueError(f"quantity '{quantity}' is not one of {', '.join(MEASURES)}")
         if len(self.order) < 2 and not self.of_each_case:
             raise ValueError("one case has no order: name two, or say what it exceeds or lies within")
         return self

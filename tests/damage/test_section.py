@@ -24,7 +24,6 @@ from rail_fem.damage.patch_figure import points_of, shown_pass
 from rail_fem.damage.report import study_report
 from rail_fem.damage.rolling import LONGEST, tractions
 from rail_fem.damage.section import scattered, sine_positions
-from rail_fem.damage.side_by_side import studies_table
 from rail_fem.damage.sites import stepping_of, switch_section, tonnage_of
 from rail_fem.damage.summary import _share_by, shortest_block, summary, years_of
 from rail_fem.damage.wear import laws_of, worn_area
@@ -333,7 +332,6 @@ def test_a_killed_study_goes_on_where_it_was(tmp_path, monkeypatch):
         ({"damage.wear_coefficient": -1.0}, "wear_coefficient"),
         ({"damage.traffic": [{"share": 0.5}, {"wheel": "P8-worn", "share": 0.6}]}, "traffic: shares add up to 1.1"),
         ({"damage.traffic": [{"shares": 0.5}]}, r"traffic\[0\].shares: unknown key, did you mean 'share'"),
-        ({"damage.wheels": ["P8"]}, r"wheels: a kind of pass is a table \[\[damage.traffic\]\]"),
         ({"damage.peak": "10 N"}, "must grow"),
         ({"damage.kinetic_friction": 10.0}, "kinetic_friction"),
         ({"damage.calibration": 0.0}, "calibration"),
@@ -429,18 +427,3 @@ def test_a_ridge_has_the_longest_patch_that_fastsim_takes(section):
     patch = tractions(ridge, 0, np.array([1e-3, 0.0, 0.1]), one.rolling)
     assert patch.normal_force == pytest.approx(side.normal_force[0], rel=1e-6) and np.isfinite(patch.slip).all()
     assert patch.grid.dx * patch.grid.nx == pytest.approx(LONGEST * patch.grid.dy * patch.grid.ny)
-
-
-def test_a_finished_study_of_before_stands_beside_others(tmp_path):
-    """Its numbers stood in damage.json itself, not in a part of it."""
-    for name, of_before in (("new", False), ("old", True)):
-        own = {"deepest_by_law": {"archard": 2e-5, "wlrm": 1e-5}, "years": {"to_limit": None}}
-        facts = {"site": "switch", "passes": 100, "law": "archard", "block_error": 0.01}
-        if of_before:
-            facts |= own | {"tgamma": {"largest": 80.0, "largest_at_end": 70.0}}
-        else:
-            facts["bodies"] = {"section": own | {"largest_tgamma": 80.0, "at_end": {"largest_tgamma": 70.0}}}
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "damage.json").write_text(json.dumps(facts))
-    new, old = studies_table([tmp_path / "new", tmp_path / "old"]).splitlines()[2:]
-    assert new.replace("new", "old") == old and " 80, 70 " in old and " 20 " in old

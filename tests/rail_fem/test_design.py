@@ -311,7 +311,7 @@ def test_checks_are_reported_and_not_searched_on(tmp_path):
         ('low = "-1 mm"', 'low = "3 mm"', "must lie below high"),
         ('low = "-1 mm"', 'low = "-1 kg"', "has the dimension"),
         ("impact on the wheel", "impact on the whel", "did you mean 'impact on the wheel'"),
-        ("impact on the wheel", "first impact", "may be two things: 'impact on the wheel', or"),
+        ("impact on the wheel", "first impact", "is not known, did you mean 'first impact on the"),
         ('"impact on the wheel"', '"impact on the wheel"\ntarget = "0 kN"', "target 0 kN: is counted by shares of it"),
         ('"impact on the wheel"', '"impact on the wheel"\ntarget = "1 mm"', "has the dimension"),
         ("seed = 3", 'model = "fe_full"', "is no light model"),

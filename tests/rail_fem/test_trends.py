@@ -158,10 +158,6 @@ def test_the_trends_of_the_thesis_name_cases_that_exist():
             "'colour' is not one of",
         ),
         (
-            "[[group]]\ntitle='a'\ncases=['b']\n[[group.trend]]\nsays='c'\nquantity='first impact'\norder=['b','b']\n",
-            "may be two things: 'impact on the wheel', or 'first impact on the nose'",
-        ),
-        (
             (
                 "[[group]]\ntitle='a'\ncases=['b']\n[[group.trend]]\nsays='c'\nquantity='largest"
                 " force'\norder=['b','b']\n[[group.trend.control]]\nsays='d'\nquantity='smell'\n"
