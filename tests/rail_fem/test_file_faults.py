@@ -2,17 +2,11 @@
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import rail_fem
-from rail_fem.cli import app
 from rail_fem.files.atomic import write_text_atomically
 from rail_fem.result.low_pass import low_pass
-
-
-def command(*words) -> tuple[int, str]:
-    result = CliRunner().invoke(app, [*map(str, words)])
-    return result.exit_code, result.output + (result.stderr if result.stderr_bytes else "")
+from tests.commands import call
 
 
 @pytest.fixture(scope="module")
@@ -37,27 +31,27 @@ def test_a_full_disk_is_told_by_the_file_alone(tmp_path, monkeypatch):
 
 
 def test_a_position_that_is_not_known_is_not_shown(below):
-    code, said = command("show", below / "a")
-    assert code == 0 and "p2 " in said and "nan" not in said
+    said = call("show", below / "a").output
+    assert "p2 " in said and "nan" not in said
 
 
 def test_runs_below_a_folder_are_told_by_their_folders(below, monkeypatch):
     """ "a" stands in "p2_formula", too."""
     monkeypatch.chdir(below)
-    assert "a: p2_formula: finished" in command("show", ".")[1]
+    assert "a: p2_formula: finished" in call("show", ".").output
 
 
 def test_a_run_without_a_history_is_not_filtered(below, tmp_path):
-    code, said = command("low-pass", below / "a", "--out", tmp_path / "filtered.csv")
-    assert code == 2 and "p2_formula leaves no history" in said and not (tmp_path / "filtered.csv").exists()
+    said = call("low-pass", below / "a", "--out", tmp_path / "filtered.csv", code=2).output
+    assert "p2_formula leaves no history" in said and not (tmp_path / "filtered.csv").exists()
 
 
 @pytest.mark.parametrize("words", [("low-pass", "{run}", "--out"), ("list", "--schema"), ("profile", "P8", "--write")])
 def test_a_file_that_is_a_runs_own_is_not_written_over(below, words):
     before = (below / "a" / "trust.txt").read_bytes()
     words = [word.format(run=below / "a") for word in words]
-    code, said = command(*words, below / "a" / "trust.txt")
-    assert code == 2 and "trust.txt: is the run's own file" in said
+    said = call(*words, below / "a" / "trust.txt", code=2).output
+    assert "trust.txt: is the run's own file" in said
     assert (below / "a" / "trust.txt").read_bytes() == before
 
 
@@ -68,8 +62,8 @@ def test_a_picture_that_cannot_be_drawn_is_a_sentence(tmp_path, name, why):
         ("patch", "P8", "60E1", "--load", "80 kN", "--cells", 16, "--figure"),
         ("profile", "P8", "--picture"),
     ):
-        code, said = command(*words, f"{tmp_path}/{name}")
-        assert code == 2 and why in said and "Traceback" not in said
+        said = call(*words, f"{tmp_path}/{name}", code=2).output
+        assert why in said and "Traceback" not in said
 
 
 def test_a_cut_off_of_hours_is_refused():
@@ -90,16 +84,16 @@ def test_a_file_that_cannot_be_written_is_named_as_it_was_given(tmp_path, monkey
 def test_a_sweep_into_a_file_or_of_no_case_is_refused(tmp_path):
     """The first was a traceback, the second "a run failed" and an empty folder."""
     (tmp_path / "file").write_text("mine")
-    code, said = command(
-        "sweep", rail_fem.example("nose_transfer"), "--model", "p2_formula", "--out", tmp_path / "file"
-    )
-    assert code == 2 and "file: File exists, choose a folder that can be written" in said and "Traceback" not in said
-    code, said = command("sweep", tmp_path / "nothere.toml", "--out", tmp_path / "out")
-    assert code == 2 and "no such file" in said and "nothing was run" in said and not (tmp_path / "out").exists()
+    said = call(
+        "sweep", rail_fem.example("nose_transfer"), "--model", "p2_formula", "--out", tmp_path / "file", code=2
+    ).output
+    assert "file: File exists, choose a folder that can be written" in said and "Traceback" not in said
+    said = call("sweep", tmp_path / "nothere.toml", "--out", tmp_path / "out", code=2).output
+    assert "no such file" in said and "nothing was run" in said and not (tmp_path / "out").exists()
 
 
 def test_a_file_that_is_not_there_is_a_sentence(below):
-    code, said = command("measured", below / "a", below / "nothere.csv")
-    assert code == 2 and "nothere.csv: No such file or directory" in said and "Errno" not in said
-    code, said = command("low-pass", below / "a", "--out", below / "nothere" / "x.csv", "--cutoff", "0 Hz")
-    assert code == 2 and "Errno" not in said
+    said = call("measured", below / "a", below / "nothere.csv", code=2).output
+    assert "nothere.csv: No such file or directory" in said and "Errno" not in said
+    said = call("low-pass", below / "a", "--out", below / "nothere" / "x.csv", "--cutoff", "0 Hz", code=2).output
+    assert "Errno" not in said
