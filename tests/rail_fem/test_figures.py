@@ -361,21 +361,6 @@ def test_fields_that_cannot_be_drawn_are_named_in_the_figure(tmp_path, spoil, sa
         assert said in words(figure)
 
 
-def test_only_missing_figures_are_drawn_when_so_asked(tmp_path):
-    write_run(tmp_path)
-    (tmp_path / "figures").mkdir()
-    for name in NAMES - {"energies.png"}:
-        (tmp_path / "figures" / name).write_bytes(b"mine")
-    assert [path.name for path in draw_run(tmp_path, missing_only=True)] == ["energies.png"]
-    assert (tmp_path / "figures" / "force.png").read_bytes() == b"mine"
-    assert draw_run(tmp_path, missing_only=True) == []
-
-
-def test_folder_without_a_result_is_refused(tmp_path):
-    with pytest.raises(FileNotFoundError, match="no result.json"):
-        draw_run(tmp_path)
-
-
 def test_largest_internal_energy_so_far_bridges_what_is_unknown():
     made = lambda elastic, plastic: {
         "time": np.arange(len(elastic)),

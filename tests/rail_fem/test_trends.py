@@ -41,19 +41,22 @@ def made(model: str, nose: float, dip: float = 1e-3) -> PassResult:
 
 
 @pytest.mark.parametrize(
-    "values, word",
+    "values, unchanged, word",
     [
-        ([1, 2, 3], "agrees"),
-        ([1, 2, 1.9], "differs"),
-        ([1, 1.005, 1.0], "same"),
-        ([1, 1.005, 1.1], "agrees"),
-        ([3, 2], "differs"),
-        ([1, 1.5, 1.495], "agrees"),
-        ([-2, -1], "agrees"),
+        ([1, 2, 3], 0.0, "agrees"),
+        ([1, 2, 1.9], 0.0, "differs"),
+        ([1, 1.005, 1.0], 0.0, "same"),
+        ([1, 1.005, 1.1], 0.0, "agrees"),
+        ([3, 2], 0.0, "differs"),
+        ([1, 1.5, 1.495], 0.0, "agrees"),
+        ([-2, -1], 0.0, "agrees"),
+        ([1, 1.015, 1], 0.02, "agrees"),
+        ([1, 1.03, 1], 0.02, "differs"),
+        ([3, 2.97], 0.02, "agrees"),
     ],
 )
-def test_verdicts(values, word):
-    assert verdict(np.array(values, float)) == word
+def test_verdicts(values, unchanged, word):
+    assert verdict(np.array(values, float), unchanged) == word
 
 
 def test_a_model_is_judged_only_where_it_has_all_cases():
