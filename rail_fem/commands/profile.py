@@ -43,7 +43,7 @@ def profile(
     ] = "crown",
     picture: Annotated[Path | None, typer.Option(callback=not_a_runs, help="draw it into this file")] = None,
     write: Annotated[
-        Path | None, typer.Option(callback=not_a_runs, help="write the repaired profile: .prr .prw .txt .csv")
+        Path | None, typer.Option(callback=not_a_runs, help="write the repaired one: .prr (rail) .prw (wheel) .txt")
     ] = None,
 ) -> None:
     """Profile doctor: what a profile file holds, what was repaired, what is refused; with a picture where one is asked

@@ -42,6 +42,13 @@ def test_a_written_profile_reads_back(tmp_path, name, kind, points):
     assert np.abs(read.profile.points - points).max() < 2e-9 * np.abs(points).max() / 1e-1
 
 
+def test_a_rail_is_not_written_as_a_wheels_file(tmp_path):
+    """A .prw of a rail says that it is a wheel, and was refused when it was read."""
+    for name, kind, points in (("a.prw", "rail", RAIL), ("a.prr", "wheel", WHEEL), ("a.step", "rail", RAIL)):
+        with pytest.raises(ProfileError, match=f"a {kind} cannot be written as {name[1:]}"):
+            write_profile(tmp_path / name, points, kind)
+
+
 def test_simpack_processing_is_applied_in_the_files_order(tmp_path):
     """shift, rotation by +90 degrees (y to z), mirror of y, inversion; unit factor 1e3: mm."""
     body = (

@@ -95,12 +95,13 @@ def one_of(path: Path, slices: RailSlices, number: int) -> RawProfile:
 
 
 def write_profile(path: Path, points: np.ndarray, kind: str = "rail", note: str = "") -> None:
-    """Write points (n, 2) [m] of geometry.axes: .prr and .prw as Simpack, anything else as two columns in mm."""
+    """Write points (n, 2) [m] of geometry.axes: a rail's .prr and a wheel's .prw as Simpack, .txt, .csv and .dat as two
+    columns in mm."""
     suffix = Path(path).suffix.lower()
-    if suffix in (".prr", ".prw"):
-        write_simpack(path, points, "wheel" if suffix == ".prw" else "rail", note)
+    if suffix == {"rail": ".prr", "wheel": ".prw"}[kind]:
+        write_simpack(path, points, kind, note)
     elif suffix in ("", ".txt", ".csv", ".dat"):
         back = f"flange back: {-1e3 * FLANGE_BACK:g}" if kind == "wheel" else ""
         write_columns(path, points, notes=(note, back))
     else:
-        raise ProfileError(f"{path}: cannot write {suffix}; known: .prr .prw .txt .csv .dat")
+        raise ProfileError(f"a {kind} cannot be written as {suffix}; known: .prr (rail), .prw (wheel), .txt .csv .dat")
