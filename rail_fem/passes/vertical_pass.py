@@ -19,7 +19,7 @@ import numpy as np
 
 from geometry.surfaces.bodies import BODIES
 from rail_fem.contact.contact_law import ContactLaw, contact_energies
-from rail_fem.passes.vertical_dynamics import TRACK, WHEEL, BeamStart, Masses, PassMotion, integrate, static_distance
+from rail_fem.passes.vertical_dynamics import SPRUNG, TRACK, BeamStart, Masses, PassMotion, integrate, static_distance
 from rail_fem.result.events import peak_at
 from rail_fem.result.result import Peak
 from rail_fem.scene.scene import GRAVITY, Scene
@@ -94,6 +94,14 @@ class LightPass:
         from rail_fem.passes.beam_results import beam_results
 
         return beam_results(self.beam, self.beam_position, self.force.sum(axis=0), self.x, self.time)
+
+    @property
+    def wheel_height(self) -> np.ndarray:
+        """(m,) of the wheel's centre, which its own modes move too, at the middles of the steps [m]: of what the
+        suspension holds."""
+        held = -self.masses.stiffness[SPRUNG] / self.masses.stiffness[SPRUNG, SPRUNG]
+        held[SPRUNG] = 0.0
+        return self.position @ held
 
     @property
     def track_height(self) -> np.ndarray:
@@ -241,7 +249,7 @@ def common_history(run: LightPass) -> dict[str, np.ndarray]:
         "time": run.time,
         "x": run.x,
         "force": run.force.sum(axis=0),
-        "wheel_height": run.position[:, WHEEL],
+        "wheel_height": run.wheel_height,
         "crossing_height": run.track_height,
         **on_beam,
         **run.energies(),
