@@ -15,35 +15,13 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
 
 MM = 1e-3
-TABLE_D1 = (
-    6.867,
-    6.464,
-    6.104,
-    5.780,
-    5.488,
-    5.224,
-    4.985,
-    4.768,
-    4.573,
-    4.398,
-    4.241,
-    4.101,
-    3.978,
-    3.871,
-    3.776,
-    3.683,
-    3.592,
-    3.503,
-    3.417,
-    3.332,
-    # EPS with a flange 28.5 mm thick, y from -39 mm in steps of 0.5 mm, z to the flange [mm]
-    3.248,
-    3.167,
-    3.088,
-    3.011,
-    2.935,
-    2.862,
-    2.790,
+# EPS with a flange 28.5 mm thick, y from -39 mm in steps of 0.5 mm, z to the flange [mm]
+TABLE_D1 = np.array(
+    """
+    6.867 6.464 6.104 5.780 5.488 5.224 4.985 4.768 4.573 4.398 4.241 4.101 3.978 3.871
+    3.776 3.683 3.592 3.503 3.417 3.332 3.248 3.167 3.088 3.011 2.935 2.862 2.790
+    """.split(),
+    float,
 )
 # y range, centre, radius [mm], z to the flange: EPS with h = 30, e = 28.5 (s = 4), and S1002
 EPS_ARCS = (
