@@ -224,12 +224,7 @@ def test_a_pass_run_backwards_returns_to_its_start(scene):
     than a nanometre.
     """
     settings = RigidHertzSettings(**NOSE, plastic_indentation=False)
-    free = scene.model_copy(
-        update={
-            "vehicle": scene.vehicle.model_copy(update={"primary_damping": 0.0}),
-            "foundation": scene.foundation.model_copy(update={"damping": 0.0}),
-        }
-    )
+    free = scene.replace_si(vehicle={"primary_damping": 0.0}, foundation={"damping": 0.0})
     contacts = contacts_of(free, settings, contact_table(free, 0.095, 0.54, settings.path_spacing))
     there = run_pass(free, settings, contacts)
     x = np.linspace(0.54, 0.095, 2 * len(there.time) + 1)

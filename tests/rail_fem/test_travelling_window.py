@@ -41,9 +41,7 @@ def test_a_window_shorter_than_patch_and_plastic_zone_is_refused_with_the_length
 
 
 def test_a_heavier_load_needs_a_longer_window():
-    heavy = CASE.scene.model_copy(
-        update={"vehicle": CASE.scene.vehicle.model_copy(update={"vehicle_sprung_mass": 8 * 66.25e3})}
-    )
+    heavy = CASE.scene.replace_si(vehicle={"vehicle_sprung_mass": 300e3})
     assert largest_half_patch(heavy) > 1.5 * largest_half_patch(CASE.scene)
     assert min(np.subtract(least_window(heavy, SETTINGS), least_window(CASE.scene, SETTINGS))) > 5e-3
 
