@@ -18,6 +18,7 @@ _MARGIN = 1.5  # cells between patch and grid edge
 _MAX_ROUNDS = 40
 _SHRINKS = 0.95  # of its sides, at most, that a round leaves of a box that still narrows
 _MOST_SEARCH_CELLS = 320
+_A_POINT = 1e-12  # side of cells [m] that hold nothing below their least gap
 _NO_ROOM = 1e-6  # of a stretch, below which only round-off moves the grid's edges
 
 
@@ -85,7 +86,7 @@ def _narrow(
     operator = NormalOperator(grid, pair)
     if approach is not None and approach <= values.min():
         lowest = np.unravel_index(values.argmin(), values.shape)
-        if approach < values[lowest] - _variation(values)[lowest]:
+        if approach < values[lowest] - _variation(values)[lowest] or max(grid.dx, grid.dy) < _A_POINT:
             raise NoContactError(
                 f"approach {approach:g} m does not close the least gap, {values[lowest]:g} m at x = "
                 f"{grid.x[lowest[0]]:g}, y = {grid.y[lowest[1]]:g} m: no contact; raise the approach above it"

@@ -88,6 +88,9 @@ def test_no_contact_at_the_approach_says_how_far_it_is():
         normal_contact(GAP, STEEL, STEEL, approach=1e-9, grid=GRID)
     with pytest.raises(NoContactError, match="x = .* y = "):
         normal_contact(lambda x, y: 1e-3 + x**2 + y**2, STEEL, STEEL, approach=1e-6, window=((-1, 1), (-1, 1)))
+    for least in (0.0, 1e-3):  # which is just touched
+        with pytest.raises(NoContactError, match="does not close the least gap"):
+            normal_contact(lambda x, y: least + x**2 + y**2, STEEL, STEEL, approach=least, window=((-1, 2), (-1, 1)))
 
 
 def test_grid_that_cuts_the_patch_says_where_and_by_how_much():
