@@ -126,12 +126,15 @@ def _march(
     """All load steps, each from the slips of the one before."""
     n = system.nodes
     steps, before, state = [], np.zeros(n), start
-    for control in controls:
+    for number, control in enumerate(controls, 1):
         if control.nothing:
             steps.append(ContactState.apart(system.gap.copy(), before.copy()))
             continue
         _refuse_pull(control, system)
-        step = solve_step(system, control, friction, before, state)
+        try:
+            step = solve_step(system, control, friction, before, state)
+        except EquilibriumError as failure:
+            raise EquilibriumError(f"load step {number} of {len(controls)}: {failure}") from None
         steps.append(step)
         before, state = step.slip, step.state
     return steps

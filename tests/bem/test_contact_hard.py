@@ -227,7 +227,7 @@ FIXED, MOVING = non_conformal()
         ),
         (
             EquilibriumError,
-            "cannot be balanced",
+            "load step 2 of 2: load .* cannot be balanced",
             lambda: solve_contact(
                 FIXED, MOVING, [Control.of(force=(0, -10e6)), Control.of(force=(4e6, -10e6))], 0.3, COARSE
             ),
