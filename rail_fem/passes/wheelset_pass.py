@@ -83,8 +83,7 @@ def centred(scene: Scene) -> Scene:
 def surfaces_of(scene: Scene, settings: RigidHertzSettings) -> Surfaces:
     """Search the surfaces. Errors: as contact_table."""
     scene = centred(scene)
-    reach = settings.lateral_range if settings.degrees_of_freedom == "lateral_roll" else LATERAL_SPACING
-    count = int(np.ceil(reach / LATERAL_SPACING))
+    count = int(np.ceil(settings.lateral_range / LATERAL_SPACING))
     shift = LATERAL_SPACING * np.arange(-count, count + 1)
     start, end = settings.window(scene)
     crossing = scene.crossing.surface

@@ -126,7 +126,7 @@ class RigidHertzSettings(IndentationSettings):
         ),
     )
     lateral_range: Annotated[
-        float, Quantity("mm", 0.5, 12, "how far to each side contacts are looked for; degrees_of_freedom lateral_roll")
+        float, Quantity("mm", 0.5, 12, "how far to each side a wheelset's contacts are looked for")
     ] = 4e-3
     gyration: Annotated[
         float | None,

@@ -115,6 +115,14 @@ def test_contacts_are_told_where_the_wheel_has_moved_to_and_no_lateral_force_wit
     assert np.isnan(found.history["force_lateral"]).all()
 
 
+def test_a_wheelset_rolls_through_a_dip_as_deep_as_a_joint_has():
+    """2.5 mm under one wheel move both aside by 0.7 mm at rail level; with roll alone 0.5 mm were looked at."""
+    dip = CASE.scene.replace_si(speed="5 mph", crossing={"family": "joint", "dip_angle": 10e-3, "dip_length": 0.6})
+    settings = SHORT.replace_si(start=-0.61, end=-0.1, degrees_of_freedom="roll", lateral_range=1e-3, path_spacing=0.02)
+    aside = rigid_hertz.solve(dip, settings).history["wheel_lateral"]
+    assert aside[-1] == pytest.approx(-2.5e-3 / (2 * datum_arm(dip)) * dip.wheel.radius, rel=0.05)
+
+
 def test_cant_that_balances_the_speed_leaves_no_force():
     """g cant / s = V^2 / R; without cant the axle's mass times V^2 / R."""
     speed = CASE.scene.replace(speed="40 mph").speed
