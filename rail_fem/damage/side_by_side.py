@@ -23,6 +23,7 @@ import numpy as np
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.traffic import time_in_words
 from rail_fem.files.markdown import table_of
+from rail_fem.files.sealed import damaged
 from rail_fem.show.panels import Panel
 from rail_fem.show.table_and_figure import Table, publish
 
@@ -65,8 +66,9 @@ def studies_facts(folders: list[Path]) -> dict[str, dict[str, Any]]:
             raise ComparisonError(f"{folder}: no damage.json; a damage study is compared with others of its kind")
         try:
             found[str(folder)] = json.loads((folder / "damage.json").read_text(encoding="utf-8"))
-        except ValueError as error:
-            raise ComparisonError(f"{folder / 'damage.json'}: damaged ({error}): do the study again") from error
+            found[str(folder)]["bodies"]
+        except (ValueError, KeyError) as error:
+            raise ComparisonError(f"{folder / 'damage.json'}: {damaged(error)}: do the study again") from error
     sites = {facts["site"] for facts in found.values()}
     if len(sites) > 1:
         raise ComparisonError(f"studies of a {' and a '.join(sorted(sites))}: compare those of one kind")

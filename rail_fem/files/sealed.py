@@ -22,10 +22,10 @@ class SealError(ValueError):
     """A file that must not be used; the message names it and says what to do."""
 
 
-def leaves(array: np.ndarray, chunk: int = CHUNK) -> list[bytes]:
-    """Digests of an array's bytes, of so many rows along the first axis at a time."""
+def leaves(array: np.ndarray) -> list[bytes]:
+    """Digests of an array's bytes, of CHUNK rows along the first axis at a time."""
     rows = np.ascontiguousarray(array)  # a single number is one row
-    parts = (rows[first : first + chunk] for first in range(0, len(rows), chunk))
+    parts = (rows[first : first + CHUNK] for first in range(0, len(rows), CHUNK))
     return [hashlib.sha256(part.data if part.size else b"").digest() for part in parts]
 
 
@@ -38,18 +38,10 @@ def seal_from(digests: Mapping[str, tuple[str, tuple[int, ...], list[bytes]]], i
     return digest.hexdigest()
 
 
-def seal_of(arrays: Mapping[str, np.ndarray], identity: Mapping[str, str], chunk: int = CHUNK) -> str:
-    """Digest of names, types, shapes and bytes of all arrays, and of the identity. chunk : rows digested at a time;
-    0: each array at once, as version 0.1.0 did"""
+def seal_of(arrays: Mapping[str, np.ndarray], identity: Mapping[str, str]) -> str:
+    """Digest of names, types, shapes and bytes of all arrays, and of the identity."""
     every = {name: np.asarray(array) for name, array in arrays.items()}
-    if chunk:
-        return seal_from({name: (a.dtype.str, a.shape, leaves(a, chunk)) for name, a in every.items()}, identity)
-    digest = hashlib.sha256(json.dumps(dict(identity), sort_keys=True).encode())
-    for name in sorted(every):
-        array = np.ascontiguousarray(every[name])
-        digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
-        digest.update(array.data if array.size else b"")
-    return digest.hexdigest()
+    return seal_from({name: (a.dtype.str, a.shape, leaves(a)) for name, a in every.items()}, identity)
 
 
 def label_of(seal: str, identity: Mapping[str, str]) -> np.ndarray:
@@ -73,7 +65,7 @@ def read_sealed(path: Path, identity: Mapping[str, str], remedy: str) -> tuple[d
         with np.load(path) as stored:
             arrays = dict(stored)
         label = json.loads(bytes(arrays.pop(LABEL)).decode())
-        sound = label["seal"] == seal_of(arrays, label["identity"], label.get("chunk", 0))
+        sound = label["chunk"] == CHUNK and label["seal"] == seal_of(arrays, label["identity"])
     except Exception as error:  # a damaged file fails anywhere in zip, zlib, numpy or json
         raise SealError(f"{path}: {damaged(error)}: {remedy}") from error
     fault = unfit(sound, label["identity"], identity)

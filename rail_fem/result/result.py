@@ -9,7 +9,7 @@ import io
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from rail_fem.result.fields import Fields
     from rail_fem.result.warning_records import WarningRecord
 
-RESULT_VERSION = 3  # 2: the same without a seal
+RESULT_VERSION = 3
 
 
 @dataclass(frozen=True)
@@ -477,10 +477,10 @@ def _read(folder: Path) -> PassResult:
     seal = summary.pop("seal", None)
     unchanged = seal == _seal(summary, history)
     version = summary.pop("result_version", None)
-    if version not in (2, RESULT_VERSION):
+    if version != RESULT_VERSION:
         raise ResultError(
             f"{folder / 'result.json'}: written as result version {version}, this program reads version"
-            f" {RESULT_VERSION}"
+            f" {RESULT_VERSION}: run it again"
         )
     summary = nan_for_none(summary, keep=("scene", "settings", "trust"))
     try:
@@ -497,20 +497,11 @@ def _read(folder: Path) -> PassResult:
     for name in ("warnings", "notes", "passes"):
         summary[name] = tuple(summary.get(name, ()))
     with np.load(io.BytesIO(history)) as stored:
-        result = _named_as_now(PassResult(history=dict(stored), **summary))
-    if version != 2 and not unchanged:
+        result = PassResult(history=dict(stored), **summary)
+    if not unchanged:
         raise ResultError(
             f"{folder}: result.json or history.npz was changed after the run had written it (its seal does not fit):"
             " --restart writes them again"
         )
     object.__setattr__(result, "folder", folder)
     return result
-
-
-def _named_as_now(result: PassResult) -> PassResult:
-    """Of a result that knows one "first impact" alone, which was the share of the body that takes the wheel over: that,
-    so named."""
-    share = "first_impact_on_nose" if result.scene.direction_sign > 0 else "first_impact_on_wing"
-    rename = lambda table: {share if name == "first_impact" else name: value for name, value in table.items()}
-    passes = tuple(map(rename, result.passes))
-    return replace(result, peaks=rename(result.peaks), error_bars=rename(result.error_bars), passes=passes)

@@ -24,6 +24,7 @@ from rail_fem.damage.patch_figure import points_of, shown_pass
 from rail_fem.damage.report import study_report
 from rail_fem.damage.rolling import LONGEST, tractions
 from rail_fem.damage.section import scattered, sine_positions
+from rail_fem.damage.side_by_side import ComparisonError, studies_table
 from rail_fem.damage.sites import stepping_of, switch_section, tonnage_of
 from rail_fem.damage.summary import _share_by, shortest_block, summary, years_of
 from rail_fem.damage.wear import laws_of, worn_area
@@ -427,3 +428,13 @@ def test_a_ridge_has_the_longest_patch_that_fastsim_takes(section):
     patch = tractions(ridge, 0, np.array([1e-3, 0.0, 0.1]), one.rolling)
     assert patch.normal_force == pytest.approx(side.normal_force[0], rel=1e-6) and np.isfinite(patch.slip).all()
     assert patch.grid.dx * patch.grid.nx == pytest.approx(LONGEST * patch.grid.dy * patch.grid.ny)
+
+
+def test_a_study_that_another_version_wrote_is_refused_and_one_that_touched_nothing_has_no_row(tmp_path):
+    facts = {"site": "switch", "passes": 100, "law": "archard", "block_error": 0.01}
+    for name, own in (("none", {"bodies": {}}), ("old", {"tgamma": {"largest": 80.0}})):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "damage.json").write_text(json.dumps(facts | own))
+    assert studies_table([tmp_path / "none"]) == ""
+    with pytest.raises(ComparisonError, match="old.damage.json: .*not written by this version.*do the study again"):
+        studies_table([tmp_path / "none", tmp_path / "old"])
