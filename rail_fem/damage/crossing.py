@@ -62,15 +62,17 @@ class PassContacts:
 @dataclass(frozen=True, eq=False)
 class WearField:
     """Depth worn off wing and nose by one pass on a plan. x (m,), y (n,) [m];  depth : law -> (2, m, n) [m];  work
-    (2, m, n) : friction work per area [J/m2]"""
+    (2, m, n) : friction work per area [J/m2];  removed : law -> what the patches' strips took, on the plan or beside it
+    [m3]"""
 
     x: np.ndarray
     y: np.ndarray
     depth: Mapping[str, np.ndarray]
     work: np.ndarray
+    removed: Mapping[str, float]
 
     def volume(self, law: str) -> float:
-        """Worn off by one pass [m3]."""
+        """Worn off the plan by one pass [m3]."""
         return float(self.depth[law].sum() * (self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
 
 
@@ -212,8 +214,10 @@ def wear_field(
         laid = lambda strips, scale: deposit(feet, strips, scale, x, y)
     else:
         laid = lambda strips, scale: deposit_reached(feet, strips, scale, reach, x, y)
-    depth = {name: laid(law.depth(patches, contacts.speed), factor * share) for name, law in laws.items()}
-    return WearField(x, y, depth, laid(friction_work(patches), share))
+    strips = {name: factor * law.depth(patches, contacts.speed) for name, law in laws.items()}
+    removed = {name: float((own.sum(axis=1) * patches.grid.dy).sum()) * spacing for name, own in strips.items()}
+    depth = {name: laid(own, share) for name, own in strips.items()}
+    return WearField(x, y, depth, laid(friction_work(patches), share), removed)
 
 
 def footprints(contacts: PassContacts) -> Footprints:

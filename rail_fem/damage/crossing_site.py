@@ -226,7 +226,7 @@ def pass_wear(job: tuple[CrossingSite, CrossingPass, AnyCrossing, WornSurface]) 
         one.label,
         lines,
         {law: kept(depth) for law, depth in worn.depth.items()},
-        {law: worn.volume(law) for law in worn.depth},
+        dict(worn.removed),
         kept(worn.work),
         kept(crack),
         facts_of(contacts, settings),
