@@ -24,9 +24,7 @@ def study_report(title: str, settings: DamageSettings, found: dict[str, Any]) ->
     force = found["largest_force"]
     moves = found.get("transfer")
     goes_over = (
-        f"; the load goes over at x = {_range(moves['first'])} mm at first, {_range(moves['end'])} mm at the end"
-        if moves
-        else ""
+        f"; the load goes over at {_range(moves['first'])} at first, {_range(moves['end'])} at the end" if moves else ""
     )
     blocks: list[str | Sequence[str]] = [
         f"# {title}",
@@ -286,7 +284,7 @@ def _limits(settings: DamageSettings, before: dict[str, float] | None = None) ->
     return [
         "## What these numbers are not",
         [
-            "- Laws come from dry laboratory tests and differ by a factor of ten at the same friction work;"
+            "- Laws come from dry laboratory tests and differ by factors of 10 to 100 at the same friction work;"
             " field rates are an order below them. The calibration factor stands for lubrication and climate and is to"
             " be fitted.",
             f"- {flow}",
@@ -388,4 +386,4 @@ def _range(values: list[float]) -> str:
     if not there:
         return "nowhere"
     low, high = min(there) * MM, max(there) * MM
-    return f"{low:.0f}" if high - low < 1 else f"{low:.0f} to {high:.0f}"
+    return f"x = {low:.0f} mm" if high - low < 1 else f"x = {low:.0f} to {high:.0f} mm"
