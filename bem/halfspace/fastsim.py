@@ -151,7 +151,8 @@ def fastsim(
     patch.refuse_other_modulus(pair.modulus)
     solve = lambda grid, pressure: _tractions(grid, pressure, pair, law, creepage, bound, direction, initial_slope)
     traction, slip, stick = solve(patch.grid, patch.pressure)
-    error = _estimate(patch, traction, solve) if estimate and law.static > 0 else patch.error
+    error = replace(patch.error, tangential_force=np.nan)
+    error = _estimate(patch, traction, solve) if estimate and law.static > 0 else error
     cost = patch.cost + Cost(time.perf_counter() - started, 1, 0)
     return replace(
         patch,

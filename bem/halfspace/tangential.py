@@ -6,6 +6,8 @@ moves the surfaces sideways and tractions move them apart: normal and tangential
 the pressure stays (Panagiotopoulos). Creepages or forces may be given, along each axis one of them.
 Source: Kalker (1990), chapters 2 to 5; Panagiotopoulos, Ingenieur-Archiv 44 (1975) 421.
 Error: tractions and forces of first order in the cell (tests/bem/test_halfspace_rolling.py, test_halfspace_shift.py).
+So is the spin moment, but where it nearly vanishes: of an ellipse nine times as long as wide at little spin it is three
+times too large with 24 cells, twice with 48.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ Force = tuple[float | None, float | None]
 
 _MAX_TURNS = 60
 _COARSEST_CELLS = 6
+_ROUND_OFF = 1e-12  # of mu N, below which a tangential force is none
 # of the changes between the grids that is taken for the error (bem/verification/estimates_study.py): first order,
 _SHARE_ROLLING = 1.6
 _SHARE_SHIFT = 0.6  # and nearly second
@@ -200,12 +203,13 @@ class _Problem:
 def _solve(patch: Patch, problem: _Problem, estimate: bool, own_pressure: bool, notes: tuple[str, ...]) -> Patch:
     started, friction, motion = time.perf_counter(), problem.friction, problem.motion
     solution, turned, turns = _turns(problem)
-    error = _estimate(problem, solution, turned, patch.error, own_pressure) if estimate else patch.error
+    error = replace(patch.error, tangential_force=np.nan)  # one that has rolled before holds that of then
+    error = _estimate(problem, solution, turned, error, own_pressure) if estimate else error
     notes += _convergence_notes(solution, turns, problem.tolerance)
     if estimate and np.isnan(error.tangential_force) and solution.traction.any():
         notes += (
-            f"error of the tangential force not estimated: the patch is under {2 * _COARSEST_CELLS} cells across;"
-            " refine the grid",
+            f"error of the tangential force not estimated: it vanishes, or the patch is under {2 * _COARSEST_CELLS}"
+            " cells across; refine the grid",
         )
     moved, (_, _, low, high) = motion.added(*map(float, solution.rigid)), contact_bounds(patch)
     cost = patch.cost + Cost(time.perf_counter() - started, solution.iterations, 2 * solution.iterations + 1)
@@ -358,6 +362,8 @@ def _estimate(
     given = any(value is not None for value in problem.force)
     quantity = lambda solution: solution.rigid if given else solution.traction.sum(axis=(1, 2))
     found, level = [quantity(fine)], turned if own_pressure else replace(turned, gap=None)
+    if not given and np.hypot(*found[0]) < _ROUND_OFF * problem.friction * turned.pressure.sum():
+        return error
     for _ in range(2):
         level = _coarsened(level)
         coupling = None if level.pair.coupling == 0 else CouplingOperator(level.grid, level.pair)

@@ -222,3 +222,13 @@ def test_an_estimate_that_is_not_made_is_said():
     assert min(patch.contact.sum(axis=0).max(), patch.contact.sum(axis=1).max()) < 12
     rolled = rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-3))
     assert np.isnan(rolled.error.tangential_force) and "not estimated" in rolled.warnings[-1]
+
+
+def test_a_force_that_vanishes_has_no_relative_error_and_none_is_left_of_a_roll_before():
+    """A turn of the upper body on the spot makes a moment alone."""
+    rolled = rolling_contact(solved(), STEEL, STEEL, 0.3, Creepage(1e-3))
+    assert rolled.error.tangential_force < 0.2
+    again = fastsim(rolled, STEEL, STEEL, 0.3, Creepage(1e-3), estimate=False)
+    assert np.isnan(again.error.tangential_force)
+    turned = shift_contact(rolled, STEEL, STEEL, 0.3, Creepage(spin=1e-4))
+    assert np.isnan(turned.error.tangential_force) and "vanishes" in turned.warnings[-1]
