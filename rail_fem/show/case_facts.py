@@ -91,7 +91,9 @@ def understood(case: Case, model: str, ranks: int) -> tuple[Any, list[str], list
 
 def _section(section: BaseModel, every_key: bool, prefix: str = "") -> list[str]:
     lines = []
-    own = ("family", *FAMILY_KEYS[section.family]) if isinstance(section, Crossing) else type(section).model_fields
+    own = {"family", *FAMILY_KEYS[section.family]} if isinstance(section, Crossing) else {*type(section).model_fields}
+    if isinstance(section, Scene) and section.bearers is not None:
+        own.remove("foundation")  # nothing stands on it
     for name, entry in type(section).model_fields.items():
         value = getattr(section, name)
         if not every_key and (name not in own or name in WRITTEN or value is None):

@@ -20,6 +20,7 @@ from rail_fem.passes.vertical_pass import run_pass
 from rail_fem.result.result import load
 from rail_fem.scene.bearers import BeamSection, Bearers
 from rail_fem.settings.light import RigidHertzSettings
+from rail_fem.show.case_facts import case_report
 from tests.order import assert_order
 from tests.rail_fem.joint_passes import joint_scene
 from tests.rail_fem.test_casefile import GOOD
@@ -320,6 +321,13 @@ def test_a_model_that_stands_on_a_rigid_mass_refuses_bearers(tmp_path):
     case = load_case(path)  # others may run it
     (error,) = preflight_errors(case.scene, case.runs[model], 1, model)
     assert error.startswith(f"run.{model}: scene.bearers is for lumped")
+
+
+def test_a_check_of_a_scene_on_bearers_shows_no_foundation_that_is_not_used(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(GOOD.partition("[run.")[0] + BEARERS + "[run.lumped]\n", encoding="utf-8")
+    report, every = (case_report(load_case(path), "lumped", 1, every_key)[0] for every_key in (False, True))
+    assert "bearers.ballast_stiffness" in report and "foundation." not in report and "foundation.stiffness" in every
 
 
 def test_a_wheelset_with_more_degrees_of_freedom_refuses_bearers():
