@@ -120,6 +120,7 @@ def _solve_and_save(
             launcher.on_root(lambda: result.save(folder))
             if by_itself:
                 say(result_report(result))
+                progress.before_the_first_step("figures")
                 _draw(folder, say)
             if result.fault:
                 raise RunFailed(result.fault)
