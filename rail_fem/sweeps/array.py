@@ -90,7 +90,7 @@ def write_array(jobs: Sequence[Job], out: Path, queue: str, ranks: int, limit: f
         ranks=ranks if parallel else 1,
         memory=math.ceil(FACTOR * memory / 1e6),
         time=f"{int(wall // 3600):02d}:{int(wall % 3600 // 60):02d}:00",
-        out=where,
+        out=shlex.quote(str(where)),
     )
     call = shlex.join([sys.executable, "-P", "-m", "rail_fem", "sweep", *words])
     text = (

@@ -99,12 +99,13 @@ def test_of_two_sweeps_that_begin_a_run_at_once_none_tells_of_a_failure(cases, t
 
 def test_a_job_array_has_a_task_for_each_case_and_its_tasks_do_the_sweep(cases, tmp_path):
     """Each task run as a queue would; then the table says so, and the sweep itself has nothing left to do."""
-    out = tmp_path / "out"
+    out = tmp_path / "all out"
     words = [cases[2], "--vary", "scene.speed=40mph,50mph,60mph", "--set", "scene.friction=0.2", "--out", out]
     for queue, length in (("slurm", "#SBATCH --array=1-3\n"), ("pbs", "#PBS -J 1-3\n")):
         sweep(*words, "--array", queue, "--time-limit", "2 h")
         script = (out / "array.sh").read_text()
         assert length in script and "05:00:00" in script  # two models a case
+        assert f"'{out}'/array-" in script
         assert subprocess.run(["bash", "-n", out / "array.sh"]).returncode == 0
     assert not list(out.glob("*/*/result.json"))
     task = script[script.index("exec ") :].replace('"$PBS_ARRAY_INDEX"', "{}")
