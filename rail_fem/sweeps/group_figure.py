@@ -194,6 +194,6 @@ def scene_facts(scene: Scene) -> list[str]:
         scene.direction,
         show(scene.static_wheel_load, "kN", 3),
         scene.wheel.name,
-        show(scene.foundation.stiffness, "kN/mm", 3),
+        "on bearers" if scene.bearers else show(scene.foundation.stiffness, "kN/mm", 3),
         wing if wing == nose else f"wing {wing}, nose {nose}",
     ]

@@ -8,6 +8,7 @@ from rail_fem.sweeps.group_figure import scene_facts, summary_figure, what_diffe
 from rail_fem.sweeps.sweep_page import OVER_LEG, PEAKS, SUMMARY, published_marks
 from rail_fem.sweeps.trends import MEASURES, Published, Source
 from tests.rail_fem.test_scene import make_scene
+from tests.rail_fem.test_track_beam import bearers
 
 SPEEDS = {"case_01": 44.704, "case_02": 33.528, "case_03": 33.528}  # 100, 75 and 75 mph
 
@@ -55,3 +56,4 @@ def test_a_case_is_named_by_what_sets_it_apart():
     assert what_differs(two)[0] == "case_01: the usual"
     trailing = make_scene().model_copy(update={"direction": "trailing"})
     assert set(scene_facts(trailing)) - set(scene_facts(make_scene())) == {"trailing"}
+    assert scene_facts(make_scene().replace(bearers=bearers()))[4] == "on bearers"  # whose foundation is not used
