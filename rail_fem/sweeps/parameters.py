@@ -70,9 +70,9 @@ def title_of(key: str) -> str:
 
 
 def shown_value(key: str, value: Any) -> Any:
-    """A value in the unit of its title; what is no number as it is."""
+    """A value in the unit of its title; what is no number as it is, a list in words."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return value
+        return str(value) if isinstance(value, (list, tuple)) else value
     unit = unit_of(key)
     return float(f"{value / si_factor(unit):.12g}") if unit else value
 

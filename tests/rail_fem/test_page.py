@@ -5,6 +5,7 @@ import base64
 import gzip
 import json
 import shutil
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -21,6 +22,9 @@ from rail_fem.sweeps.chooser import sweep_chart
 from tests.browser import Browser, needs_chromium
 from tests.commands import call
 from tests.rail_fem.surrogate_run import surrogate_mesh, surrogate_strain, write_run
+from tests.rail_fem.test_result import make_result
+from tests.rail_fem.test_scene import make_scene
+from tests.rail_fem.test_track_beam import bearers
 
 pytest.importorskip("plotly")
 LARGEST = 6e6  # bytes of a page
@@ -156,6 +160,17 @@ def test_a_sweep_is_drawn_by_choice_as_its_figure_is(tmp_path):
         assert np.array_equal(np.column_stack([trace["x"], trace["y"]]), lines[trace["name"]])
     call("report", tmp_path / "sweep", "--html", tmp_path / "sweep.html")
     assert "8 runs" in Page(tmp_path / "sweep.html").words
+
+
+def test_a_sweep_may_vary_a_list(tmp_path):
+    """Bearers that hang: its page and its figure ended in a traceback, for a list is no place on an axis."""
+    for voided in ((), (0, 1)):
+        scene = make_scene().replace(bearers=bearers(voided=voided))
+        replace(make_result(), scene=scene).save(tmp_path / f"case_{len(voided)}" / "rigid_hertz")
+    sweep = load_sweep(tmp_path)
+    drawn = sweep_chart(sweep).pictures["largest_force_nose [kN]\nscene.bearers.voided"]["data"]
+    assert {x for trace in drawn for x in trace["x"]} == {"[]", "[0, 1]"}
+    plot_sweep(sweep, "largest force nose", "voided")
 
 
 def test_the_page_of_a_damage_study_or_a_design_holds_its_reports_and_figures(run, page, tmp_path):
