@@ -14,6 +14,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from rail_fem.show.style import BODY, CURVES, NEVER_YIELDED, SKY, STRAIN_COLOURS, TOTAL, new_figure
 
 WITHIN_TEN = (1, 1.5, 2, 3, 5, 7)  # ticks of a logarithmic axis of less than a power of ten
+LONGEST_WORDS = 75  # of a curve, in a legend of two columns
 LEAST_SPAN = 0.01  # of an axis, of its values: less would draw round-off as a trend
 
 
@@ -92,7 +93,9 @@ def ring(axes, x, y, marker: str, colour: str, words: str = "", size: float = 9.
 
 
 def legend_above(axes, columns: int = 2, **look: Any) -> None:
-    """The legend over the axes, where it hides no curve."""
+    """The legend over the axes, where it hides no curve; in one column where words would lie over each other."""
+    if max(map(len, axes.get_legend_handles_labels()[1]), default=0) > LONGEST_WORDS:
+        columns = 1
     place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0, 1.0, 0.1), "mode": "expand", "borderaxespad": 0.2}
     axes.legend(**{**place, "ncols": columns, "frameon": False, **look})
 
