@@ -106,14 +106,15 @@ def name_of(file: Path, words: str, rows: Rows) -> str:
 
 
 def write_rows(rows: Rows, outcomes: list[Outcome], out: Path) -> str:
-    """Write rows.md, and rows_MODEL.png of the rows that are drawn, of a fleet fleet.png; returns the table."""
+    """Write rows.md, and rows_MODEL.png of the rows that are drawn, where the model has a history, of a fleet
+    fleet.png; returns the table."""
     results = {(o.job.case.name, o.job.model): o.result for o in outcomes if o.has_result}
     labels = {name_of(Path(file), words, rows): (words, file) for words in rows.rows for file in rows.cases}
     if rows.fleet:
         return _write_fleet(rows, rows.fleet, labels, results, out)
     text = f"# {rows.title}\n\n" + "\n".join(rows_table(rows, labels, results)) + "\n"
     write_text_atomically(out / "rows.md", text)
-    for model in {model for _, model in results}:
+    for model in {model for (_, model), result in results.items() if len(result.history["x"])}:
         shown = {words: results[name, model] for name, (words, _) in labels.items()
                  if words in rows.drawn and (name, model) in results}  # fmt: skip
         if shown:

@@ -62,6 +62,8 @@ def test_a_list_is_run_by_the_command_into_a_table_and_a_figure(tmp_path):
     light, heavy = (line.split(" | ") for line in lines[4:])
     assert light[3] == "-" and heavy[3].endswith("%") and float(heavy[2].split()[0]) > float(light[2].split()[0])
     assert (tmp_path / "out" / "rows_rigid_hertz.png").stat().st_size > 20e3
+    call("sweep", tmp_path / "rows.toml", "--model", "p2_formula", "--out", tmp_path / "formula")
+    assert (tmp_path / "formula" / "rows.md").is_file() and not list(tmp_path.glob("formula/*.png"))
     assert (
         "leave --vary and --groups out"
         in call(
