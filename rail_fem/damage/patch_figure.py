@@ -54,6 +54,7 @@ def patches_figure(title: str, settings: DamageSettings, line: WornProfile, rate
         row[2].get_legend().remove()
         for axis in row[:4]:
             axis.set_aspect("auto")
+            axis.invert_xaxis()  # y to the right, as the section and the strips have it
         strip = {"_strip": (patch.grid.y * MM, depth.sum(axis=0) * 1e2)}
         Panel("y lateral [mm]", "depth of a strip [0.01 \u00b5m]", strip).draw(row[4])
     return titled(
