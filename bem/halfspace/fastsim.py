@@ -155,18 +155,11 @@ def fastsim(
     error = _estimate(patch, traction, solve) if estimate and law.static > 0 else error
     cost = patch.cost + Cost(time.perf_counter() - started, 1, 0)
     return replace(
-        patch,
-        method=f"FASTSIM ({bound} bound) on {patch.method}",
-        traction=traction,
-        slip=slip,
-        stick=stick,
-        friction=law.static,
-        creepage=creepage.about((reach[2] + reach[3]) / 2),
-        cost=cost,
-        error=error,
+        patch, method=f"FASTSIM ({bound} bound) on {patch.method}", traction=traction, slip=slip, stick=stick,
+        friction=law.static, creepage=creepage.about((reach[2] + reach[3]) / 2), cost=cost, error=error,
         warnings=patch.warnings + notes,
         local_creepage=creepage if isinstance(creepage, LocalCreepage) else None,
-    )
+    )  # fmt: skip
 
 
 def _tractions(

@@ -214,19 +214,11 @@ def _solve(patch: Patch, problem: _Problem, estimate: bool, own_pressure: bool, 
     moved, (_, _, low, high) = motion.added(*map(float, solution.rigid)), contact_bounds(patch)
     cost = patch.cost + Cost(time.perf_counter() - started, solution.iterations, 2 * solution.iterations + 1)
     return replace(
-        patch,
-        pressure=turned.pressure,
-        approach=turned.approach,
-        traction=_last(solution.traction),
-        slip=_last(solution.slip),
-        stick=solution.stick,
-        friction=friction,
-        creepage=moved.about((low + high) / 2),
-        cost=cost,
-        error=error,
-        warnings=patch.warnings + notes,
+        patch, pressure=turned.pressure, approach=turned.approach, traction=_last(solution.traction),
+        slip=_last(solution.slip), stick=solution.stick, friction=friction, creepage=moved.about((low + high) / 2),
+        cost=cost, error=error, warnings=patch.warnings + notes,
         local_creepage=moved if isinstance(moved, LocalCreepage) else None,
-    )
+    )  # fmt: skip
 
 
 def _last(field: np.ndarray) -> np.ndarray:
