@@ -155,13 +155,15 @@ def _between_bounds(
 
     def height_under(side: str, roll: float, load: float) -> float:
         in_contact = -least_gap(sides[side], SIDES[side], lateral, yaw, roll, lever, arm)[0]
-        deep = (load / (0.7 * modulus)) ** (2 / 3)
-        while load > 0 and carried(side, roll, in_contact - deep) < load:
-            deep *= 2
         if load == 0:
             return in_contact
         short = lambda height: carried(side, roll, height) / load - 1
-        return brentq(short, in_contact - deep, in_contact, xtol=1e-17, rtol=1e-15)
+        deep = lift = (load / (0.7 * modulus)) ** (2 / 3)
+        while short(in_contact - deep) < 0:
+            deep *= 2
+        while short(in_contact - deep + lift) > 0:  # a rough wheel touches beside its least gap, too
+            lift *= 2
+        return brentq(short, in_contact - deep, in_contact - deep + lift, xtol=1e-17, rtol=1e-15)
 
     low, high, reach = roll, roll, 1e-4
     while excess(low)[1] > 0 and reach < 0.2:
