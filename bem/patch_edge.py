@@ -1,10 +1,9 @@
 """The patch's edge between the cells: extent and area finer than the grid.
 
 Pressure falls to the edge as the root of the distance, so its square falls as a line: that line through the two
-outermost cells of a row is followed to zero, where it gets there within one cell; else half a cell is taken, as under a
-flat top, whose pressure stays high up to the edge.
-Error: extent about a fifth of a cell; area a tenth to a twentieth of counting cells, 0.1 to 0.3 % at 22 to 44 cells; of
-flat tops a third of it (tests/bem/test_halfspace_normal.py).
+outermost cells of a row is followed to zero, by at most one cell.
+Error: extent about a fifth of a cell; area a tenth to a twentieth of counting cells, 0.1 to 0.3 % at 22 to 44 cells
+(tests/bem/test_halfspace_normal.py).
 """
 
 from __future__ import annotations
@@ -62,5 +61,5 @@ def _carries(pressure, i, j):
 
 @njit(cache=True)
 def cells_to_edge(outer, inner):
-    """From the outermost cell's centre to the edge; half a cell where the line would go on beyond the next centre."""
-    return outer / (inner - outer) if inner > 2 * outer else 0.5
+    """From the outermost cell's centre to the edge; half a cell where pressure does not fall outwards."""
+    return min(outer / (inner - outer), 1.0) if inner > outer else 0.5

@@ -28,7 +28,7 @@ _COARSEST_GRID = 6
 _MOST_STRETCHES = 60  # tenths by which a grid that cuts the patch is stretched: 300 times its sides
 # of the changes between the grids that is taken for the error (bem/verification/estimates_study.py)
 _PRESSURE_SHARE = 1.1
-_AREA_SHARE, _AREA_STAIRS = 0.6, 0.12  # of the area's changes, and of a cell over the width
+_AREA_SHARE, _AREA_STAIRS = 0.3, 0.18  # of the area's changes, and of a cell over the width
 _NESTED_GRID = 160  # cells from which a start from doubled cell sides saves time
 
 
