@@ -59,8 +59,8 @@ class Factor:
     """Cholesky factor of a symmetric positive definite sparse matrix."""
 
     def __init__(self, matrix: sparse.csr_matrix) -> None:
-        self.solver = PETSc.KSP().create(MPI.COMM_SELF)
-        self.solver.setOperators(petsc_matrix(matrix))
+        self.matrix, self.solver = petsc_matrix(matrix), PETSc.KSP().create(MPI.COMM_SELF)
+        self.solver.setOperators(self.matrix)
         by_cholesky(self.solver)
         self.solver.setUp()
 
@@ -78,11 +78,11 @@ class Factor:
 
     def give_back(self) -> None:
         """Its memory, some hundred MB; it solves no more."""
-        self.solver.destroy()
+        self.solver.destroy(), self.matrix.destroy()
 
 
 def petsc_matrix(matrix: sparse.csr_matrix):
-    """The same as a matrix of PETSc on this rank."""
+    """The same as a matrix of PETSc on this rank, which keeps it until `destroy` (3.18 does so)."""
     matrix = matrix.tocsr().sorted_indices()
     return PETSc.Mat().createAIJ(
         matrix.shape,
@@ -120,6 +120,7 @@ def modes_below(stiffness: sparse.csr_matrix, mass: sparse.csr_matrix, highest: 
             raise ArithmeticError(f"SLEPc found {count} of {wanted} modes of {stiffness.shape[0]} unknowns")
         if square.max() > highest**2 or wanted == stiffness.shape[0]:
             break
+        solver.destroy()
         wanted *= 2
     vector = a.createVecRight()
     found = []
@@ -127,6 +128,8 @@ def modes_below(stiffness: sparse.csr_matrix, mass: sparse.csr_matrix, highest: 
         solver.getEigenvector(int(k), vector)
         shape = vector.getArray().copy()
         found.append(shape / np.sqrt(shape @ (mass @ shape)))
+    for one in (solver, a, b, vector):
+        one.destroy()
     square = square[square < highest**2]
     return np.sqrt(square), np.array(found).reshape(len(square), stiffness.shape[0]).T
 

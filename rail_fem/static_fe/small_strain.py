@@ -300,7 +300,9 @@ def matrix_of(form) -> sparse.csr_matrix:
     matrix = petsc.assemble_matrix(fem.form(form))
     matrix.assemble()
     start, column, value = matrix.getValuesCSR()
-    return sparse.csr_matrix((value, column, start), shape=matrix.getSize())
+    found = sparse.csr_matrix((value, column, start), shape=matrix.getSize())
+    matrix.destroy()  # PETSc 3.18 keeps it else
+    return found
 
 
 def assembled(form, dof_of: np.ndarray) -> sparse.csr_matrix:
