@@ -44,10 +44,11 @@ def solve(
         table, march = surfaces.centred, partial(run_wheelset, surfaces)
     started = working_time()
     contacts = contacts_of(scene, settings, table)
-    sparse = contacts_of(scene, settings, every_second(table)) if vertical else None
-    run, errors = (
-        run_with_errors(scene, settings, contacts, sparse, march) if judged else (march(scene, settings, contacts), {})
-    )
+    if judged:
+        sparse = contacts_of(scene, settings, every_second(table)) if vertical else None
+        run, errors = run_with_errors(scene, settings, contacts, sparse, march)
+    else:
+        run, errors = march(scene, settings, contacts), {}
     if not vertical:
         table = surfaces.under(run)
     patches = patches_at(table, run, patch_steps(table, run, scene.static_wheel_load))
