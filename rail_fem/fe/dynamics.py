@@ -2,6 +2,9 @@
 
 A step is kick (velocities from the forces at hand, then contact), drift (positions), forces (stresses and internal
 forces at the new positions). Between steps the state is x and forces at one time, v half a step earlier.
+
+On several ranks nobody waits for contact or sums: nodes that these do not change drift with their kick, and elements
+that have only such nodes, which stand in the `ahead` blocks, are computed while messages are under way.
 """
 
 from __future__ import annotations
@@ -117,9 +120,14 @@ class Dynamics:
         changed = np.unique(np.concatenate([np.empty(0, np.int64), *(part.changes() for part in self.parts)]))
         self.changed = changed[self.touched[changed]]  # contact watches nodes that have left until its next search
         marks[self.changed] |= CHANGED
+        ahead = self.structure.without(self.marks, CHANGED) if self.comm.size > 1 else np.zeros(0, bool)
+        blocks = self.structure.blocks
+        self.ahead, self.behind = (blocks[ahead], blocks[~ahead]) if len(ahead) else (blocks[:0], blocks)
         sizes = [part.size for part in self.parts]
         self.message = np.empty(sum(sizes))  # what the parts sum over the ranks, and the stretch of each
         self.stretches = np.split(self.message, np.cumsum(sizes)[:-1])
+        if self.contact is not None:
+            self.contact.messages.choose(self.contact.is_watched, len(self.message))
 
     after_restore = follow
 
@@ -161,26 +169,33 @@ class Dynamics:
 
     def _kick(self, dt: float) -> None:
         s = self.structure
+        s.smallest_volume = np.inf
         if len(self.held):
             s.v[self.held] = 0.0
-        self.drifts = not any(part.looks() for part in self.parts)
+        self.drifts = not any(part.looks(dt) for part in self.parts)
         of_nodes = s.v, s.force, self.inverse_mass, self.mass_damping, dt, self.marks
         kick(*of_nodes, self.owned_runs, s.works, s.x, self.drifts)
         if len(self.ghost_runs):  # their owners count the work
             kick(*of_nodes, self.ghost_runs, np.empty(3), s.x, self.drifts)
-        self._sum_over_ranks(dt)
+        self._begin(dt)
+        if self.drifts:
+            self._forces_ahead(dt)
+        if self.contact is not None:
+            self.contact.end(self.message)
         for part, summed in zip(self.parts, self.stretches):
             part.kick(dt, summed)
 
-    def _sum_over_ranks(self, dt: float) -> None:
-        """What the parts sum over the ranks, in one message: reactions of groups, positions of the nodes near contact.
-        Nodes of a group stand there with the group's last velocity: its change of a step moves them by less than a
-        nanometre. Collective."""
+    def _begin(self, dt: float) -> None:
+        """What the parts sum over the ranks, in one message, which the contact's takes along; contact begins. Nodes of
+        a group stand there with the group's last velocity: its change of a step moves them by less than a nanometre.
+        Collective."""
         if sum(part.ready(dt) for part in self.parts):  # every one is asked
             self._mark()
         for part, mine in zip(self.parts, self.stretches):
             part.pack(dt, mine)
-        if self.comm.size > 1 and len(self.message):
+        if self.contact is not None:
+            self.contact.begin(dt, self.message)
+        elif self.comm.size > 1:
             self.comm.Allreduce(MPI.IN_PLACE, self.message)
 
     def _drift(self, dt: float) -> None:
@@ -192,10 +207,18 @@ class Dynamics:
         for part in self.parts:
             part.drift(dt)
 
+    def _forces_ahead(self, dt: float) -> None:
+        clock = working_time()
+        self.structure.add_finite_force(dt, self.ahead)
+        self.kernel_time += working_time() - clock
+
     def _forces(self, dt: float) -> None:
         s = self.structure
+        if not self.drifts:
+            self._forces_ahead(dt)
         clock = working_time()
-        s.add_internal_force(dt)
+        s.add_finite_force(dt, self.behind)
+        s.add_small_force()
         for part in self.parts:
             part.add_force(dt)
         self.kernel_time += working_time() - clock

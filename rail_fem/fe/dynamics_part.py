@@ -56,8 +56,9 @@ class DynamicsPart:
     def follow(self, touched: np.ndarray) -> None:
         """From now on a step computes these nodes (n_nodes,) bool. Rank-local."""
 
-    def looks(self) -> bool:
-        """Whether `ready` will look at nodes beyond those that it `changes`. Replicated."""
+    def looks(self, dt: float) -> bool:
+        """Whether `ready` will look at nodes beyond those that it `changes`, or `moved_on` will change what a step
+        computes. Replicated."""
         return False
 
     def ready(self, dt: float) -> bool:

@@ -211,8 +211,9 @@ def step_rotations(nodal, dt, rotation):
 
 
 @compiled
-def update_elements(x, v, dt, nodes, filled, material_of, steels, state, back, force, work):
-    """One step of every block: stresses from v on the geometry x, minus the internal force added to `force`.
+def update_elements(x, v, dt, blocks, nodes, filled, material_of, steels, state, back, force, work):
+    """One step of the blocks (k,) of these numbers: stresses from v on the geometry x, minus the internal force added
+    to `force`.
 
     Parameters
     ----------
@@ -232,10 +233,11 @@ def update_elements(x, v, dt, nodes, filled, material_of, steels, state, back, f
     nodal, scratch, rotation = np.empty(48 * _W), np.empty(N_SCRATCH * _W), np.empty(9 * _W)
     point, stride = point_buffers(steels), back.size // max(filled.size, 1)
     smallest = np.inf
-    for block in range(filled.size):
+    for k in range(blocks.size):
+        block, later = blocks[k], blocks[min(k + 1, blocks.size - 1)]
         start, s, count, row = block * 8 * _W, block * N_STATE * _W, filled[block], material_of[block]
-        ahead = s + N_STATE * _W
-        fetch(nodes, start + 8 * _W, 8 * _W, INDICES)
+        ahead = later * N_STATE * _W
+        fetch(nodes, later * 8 * _W, 8 * _W, INDICES)
         gather(x, v, nodes, start, nodal)
         fetch(state, ahead, _QUARTER, NUMBERS)
         own, held = state[s : s + N_STATE * _W], 6 * _W * (steels.back_start[row + 1] - steels.back_start[row])

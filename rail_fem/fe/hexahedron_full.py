@@ -260,8 +260,8 @@ def nodal_force(forces, mean, f):
 
 
 @compiled
-def update_full_elements(x, v, dt, nodes, filled, material_of, steels, state, back, force, work):
-    """One step of every block: as `rail_fem.fe.hexahedron.update_elements`, at eight points an element.
+def update_full_elements(x, v, dt, blocks, nodes, filled, material_of, steels, state, back, force, work):
+    """One step of chosen blocks: as `rail_fem.fe.hexahedron.update_elements`, at eight points an element.
 
     state : (n_blocks*N_STATE_FULL*LANES,), point by point POINT_STATE rows;  back : (n_blocks*8*k*6*LANES,), point by
     point;
@@ -271,7 +271,7 @@ def update_full_elements(x, v, dt, nodes, filled, material_of, steels, state, ba
     forces, mean, scratch = np.empty(VECTORS * _W), np.empty(MEAN * _W), np.empty(N_SCRATCH * _W)
     point, stride = point_buffers(steels), back.size // max(filled.size, 1)
     smallest = np.inf
-    for block in range(filled.size):
+    for block in blocks:
         start, s, count, row = block * 8 * _W, block * N_STATE_FULL * _W, filled[block], material_of[block]
         held = 6 * _W * (steels.back_start[row + 1] - steels.back_start[row])
         gather(x, v, nodes, start, nodal)

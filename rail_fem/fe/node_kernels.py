@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from kernel_cache import njit
+from rail_fem.fe.state import LANES
 
 SMALL, CHANGED = 1, 2  # marks of an unknown in `kick`
 _inlined = njit(inline="always", error_model="numpy")
@@ -249,6 +250,19 @@ def within(active, region, first, last, in_slabs):
             touched[n] = last[n] >= low and first[n] < end
             inside[n] = first[n] >= low and last[n] < end
     return touched, inside
+
+
+@njit(cache=True, error_model="numpy")
+def unmarked(blocks, nodes, marks, mark):
+    """Which of the blocks (k,) bool have no node with this mark. nodes : of all blocks, one block after the other;
+    marks : (3 n,) of the unknowns, those of a node alike"""
+    out, width = np.ones(blocks.size, np.bool_), 8 * LANES
+    for k in range(blocks.size):
+        for i in range(blocks[k] * width, (blocks[k] + 1) * width):
+            if marks[3 * nodes[i]] & mark:
+                out[k] = False
+                break
+    return out
 
 
 @njit(cache=True, error_model="numpy")

@@ -24,6 +24,7 @@ from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.casting_group import CastingGroup
 from rail_fem.fe.condensed_body import Condensed, CondensedBlock
 from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.contact.messages import OWNER
 from rail_fem.fe.contact.search import ContactSettings
 from rail_fem.fe.contact.surface import ContactSurfaces, Surface
 from rail_fem.fe.domain import Domain
@@ -47,6 +48,10 @@ from rail_fem.settings.explicit import FeSettings
 MARGIN = 0.15e-3  # gap below which nodes are watched [m]
 # an update of the wheel's kernels within a step, relative to the finite-strain one
 ELASTIC_COST = 0.55
+# of contact on its owner, in updates of the finite-strain kernel: of a pair, and of a step besides
+PAIR_COST, CONTACT_COST = 3.5, 200.0
+WATCHED = 440e-6  # area in which nodes are watched, the same for elements of 0.5 to 4 mm [m2]
+LEAST_SHARE = 0.1  # of an even share of the elements, that the owner of contact has at least
 
 
 @dataclass(frozen=True)
@@ -104,9 +109,9 @@ def build_passage(
     quads, quad_region, clamp = surface
     slabs = comm.bcast(None if mesh is None or not settings.has_window else rail_slabs(mesh), root=0)
     axis = running.start, datum_height + scene.wheel.radius
-    domain = Domain(comm, **({} if mesh is None else shared_mesh(mesh, slabs, comm.size, axis)))
-    steels = scene.materials.steels()
     extent = Extent(running.start, running.sign, *settings.window_lengths)
+    domain = Domain(comm, **({} if mesh is None else shared_mesh(mesh, slabs, extent, settings, comm.size, axis)))
+    steels = scene.materials.steels()
     weight = 0.0 if behind is None else behind.weight
     scaling = choose_scaling(scene, settings, steels, mesh, comm, None if slabs is None else (slabs, extent), weight)
     structure = Structure(
@@ -221,19 +226,41 @@ def rail_slabs(mesh: HexMesh) -> Slabs:
 
 
 def shared_mesh(
-    mesh: HexMesh, slabs: Slabs | None, ranks: int, axis: tuple[float, float]
+    mesh: HexMesh, slabs: Slabs | None, extent: Extent, settings: FeSettings, ranks: int, axis: tuple[float, float]
 ) -> dict[str, np.ndarray | None]:
     """What a Domain is made from, by its arguments. With slabs, blocks of each of them and of the wheel, whole rings
-    about its axis (x, z) [m], are dealt out to the ranks."""
-    cost = np.where(mesh.region == PassBody.WHEEL, ELASTIC_COST, 1.0)
+    about its axis (x, z) [m], are dealt out to the ranks, fewer to that which computes contact."""
+    wheel = mesh.region == PassBody.WHEEL
+    cost = np.where(wheel, ELASTIC_COST, 1.0)
     part = None
     if slabs is not None:
         centres = cell_centres(mesh.points, mesh.cells)
-        wheel = mesh.region == PassBody.WHEEL
+        slab = slabs.of_cells(centres[:, 0], mesh.region)
+        low, high = slabs.near(*extent.ends(0.0))[mesh.region].T
+        elements = float(cost[wheel | ((slab >= low) & (slab < high))].sum())
         radius = np.hypot(*(centres[wheel][:, [0, 2]] - axis).T)
         centres[wheel] = np.column_stack([np.zeros(len(radius)), centres[wheel, 1], -np.round(radius, 9)])
-        part = slab_parts(centres, mesh.region, slabs.of_cells(centres[:, 0], mesh.region), ranks)
+        part = slab_parts(centres, mesh.region, slab, rank_shares(elements, contact_cost(settings), ranks))
     return dict(points=mesh.points, cells=mesh.cells, region=mesh.region, cost=cost, part=part)
+
+
+def contact_cost(settings: FeSettings) -> float:
+    """Of a step's contact on the rank that computes it, in updates of the finite-strain kernel."""
+    facet = settings.element_size * settings.along
+    pairs = WATCHED / facet * (1.0 + settings.wheel_element_ratio**-2)
+    return CONTACT_COST + PAIR_COST * pairs
+
+
+def rank_shares(elements: float, contact: float, ranks: int) -> np.ndarray:
+    """Share of the elements (ranks,) with which all ranks have as much to do: `elements` is what these cost in a step,
+    `contact` what its owner does besides."""
+    shares = np.ones(ranks)
+    if ranks > 1:
+        even = (elements + contact) / ranks
+        shares[OWNER] = max((even - contact) / (elements / ranks), LEAST_SHARE)
+        others = np.arange(ranks) != OWNER
+        shares[others] = (ranks - shares[OWNER]) / (ranks - 1)
+    return shares
 
 
 def contact_settings(scene: Scene, settings: FeSettings, steel) -> ContactSettings:

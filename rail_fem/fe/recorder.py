@@ -13,7 +13,8 @@ FORCES = ("force", "force_wing", "force_nose", "force_longitudinal", "force_late
 
 
 class Recorder:
-    """Call `after_step` each step and `row` when an interval is over. All numbers replicated; `row` is collective."""
+    """Call `after_step` each step and `row` when an interval is over. Rows are replicated, sums since the last one the
+    contact's owner's; `row` is collective."""
 
     STATE = ("rows", "beam", "contact_work", "deforming", "overlap", "exchanged", "total", "moment", "steps")
 
@@ -41,9 +42,11 @@ class Recorder:
         self.total, self.moment, self.steps = np.zeros(5), np.zeros(4), 0
 
     def after_step(self) -> None:
-        """Add the contact forces of the step. Replicated."""
+        """Add the contact forces of the step, on the rank that computes them."""
         c = self.passage.dynamics.contact
         self.steps += 1
+        if not c.is_owner:
+            return
         add_step(
             c.force,
             c.normal_force,
@@ -59,6 +62,7 @@ class Recorder:
     def row(self, energies: dict[str, float]) -> None:
         """Close an interval."""
         p, d = self.passage, self.passage.dynamics
+        self.total, self.moment = d.contact.told((self.total, self.moment))
         row = dict(zip(FORCES, self.total / max(self.steps, 1)))
         normal_force = self.moment[0]
         *centre, pressure = self.moment[1:] / normal_force if normal_force > 0 else np.full(3, np.nan)

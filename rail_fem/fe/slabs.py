@@ -105,27 +105,36 @@ def _thinned(planes: np.ndarray, shortest: float) -> np.ndarray:
     return np.array([*kept, planes[-1]])
 
 
-def slab_parts(centres: np.ndarray, region: np.ndarray, slab: np.ndarray, parts: int) -> np.ndarray:
-    """Part (m,) of each cell such that the parts have equal work wherever the window stands: every slab is cut across
-    the section, never along x, into whole blocks of LANES cells, for a block that is not full costs what a full one
-    does. Blocks are dealt out in turn from slab to slab, so that of any slabs in a row each part has as many as the
-    others, or one more.
+def slab_parts(centres: np.ndarray, region: np.ndarray, slab: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Part (m,) of each cell such that each part has its share (parts,) of the work wherever the window stands: every
+    slab is cut across the section, never along x, into whole blocks of LANES cells, for a block that is not full costs
+    what a full one does. Blocks are dealt out in turn from slab to slab, so that of any slabs in a row each part has
+    its share to one block.
 
     centres : (m, 3) [m];  region, slab : (m,).  Root only.
     """
+    parts = len(shares)
     part = np.zeros(len(centres), np.int32)
     across = centres * [0.0, 1.0, 1.0]
     key = region.astype(np.int64) * (int(slab.max(initial=0)) + 1) + slab
     order = np.argsort(key, kind="stable")
     pieces = np.split(order, np.flatnonzero(np.diff(key[order])) + 1) if len(order) else []
     lanes = LANES if sum(-(-len(mine) // LANES) for mine in pieces) >= parts else 1
-    dealt = 0
+    turns = _turns(sum(-(-len(mine) // lanes) for mine in pieces), shares)
     for mine in pieces:
         blocks = -(-len(mine) // lanes)
-        sizes = lanes * np.bincount((dealt + np.arange(blocks)) % parts, minlength=parts)
-        dealt += blocks
+        sizes = lanes * np.bincount(turns[:blocks], minlength=parts)
+        turns = turns[blocks:]
         takers = np.flatnonzero(sizes)
         sizes[takers[-1]] -= lanes * blocks - len(mine)
         sizes = sizes[takers]
         part[mine] = takers[balanced_parts(across[mine], np.ones(len(mine)), len(takers), sizes)]
     return part
+
+
+def _turns(count: int, shares: np.ndarray) -> np.ndarray:
+    """Which part takes each of so many blocks (count,), each at even distances."""
+    shares = shares / shares.sum()
+    when = [(np.arange(np.ceil(count * share) + 1) + 0.5) / share for share in shares]
+    part = np.repeat(np.arange(len(shares)), list(map(len, when)))
+    return part[np.argsort(np.concatenate(when), kind="stable")][:count]

@@ -12,6 +12,7 @@ from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.elastic import elastic_stress, fixed_geometry
 from rail_fem.fe.hexahedron import stored_energy, update_elements, volumes
 from rail_fem.fe.hexahedron_full import stored_energy_full, update_full_elements
+from rail_fem.fe.node_kernels import unmarked
 from rail_fem.fe.rings import find_line_forces, find_rings, give_lines, take_energy
 from rail_fem.fe.state import LANES, LAW, LINEAR_VISCOSITY, N_WORK, POINTS, QUADRATIC_VISCOSITY
 from rail_fem.scene.steel import Steel
@@ -112,7 +113,7 @@ class Structure:
     def compute(self, active: list[tuple[int, int]]) -> None:
         """From now on a step computes these ranges of the finite-strain blocks. Rank-local."""
         self.active = active
-        self.views = [(self.finite.part(*blocks), self.block_work[slice(*blocks)].ravel()) for blocks in active]
+        self.blocks = np.concatenate([np.empty(0, np.int64), *(np.arange(*blocks) for blocks in active)])
 
     @property
     def work(self) -> np.ndarray:
@@ -149,15 +150,27 @@ class Structure:
         self.domain.sum_up(vector)
         return vector[::3].copy()
 
+    def without(self, marks: np.ndarray, mark: int) -> np.ndarray:
+        """Which of the `blocks` (k,) bool have no node with this mark. marks : (3 n_nodes,). Rank-local."""
+        return unmarked(self.blocks, self.finite.nodes, marks, mark)
+
     def add_internal_force(self, dt: float) -> None:
         """Minus the internal force at the present x and v, added to `force` of owned and ghost nodes; updates stresses.
         Rank-local."""
         self.smallest_volume = np.inf
-        for b, work in self.views:
-            own = b.nodes, b.filled, b.material_of, self.table, b.state, b.back
-            smallest = self.update_elements(self.x, self.v, dt, *own, self.force, work)
-            if smallest < self.smallest_volume or smallest != smallest:  # keeps what is not a number
-                self.smallest_volume = smallest
+        self.add_finite_force(dt, self.blocks)
+        self.add_small_force()
+
+    def add_finite_force(self, dt: float, blocks: np.ndarray) -> None:
+        """The part of these finite-strain blocks (k,). Rank-local."""
+        b, work = self.finite, self.block_work.reshape(-1)
+        own = blocks, b.nodes, b.filled, b.material_of, self.table, b.state, b.back
+        smallest = self.update_elements(self.x, self.v, dt, *own, self.force, work)
+        if smallest < self.smallest_volume or smallest != smallest:  # keeps what is not a number
+            self.smallest_volume = smallest
+
+    def add_small_force(self) -> None:
+        """The part of the small-displacement elements. Rank-local."""
         self._add_small_force(self.x, self.domain.reference, self.v, self.damping, self.force)
 
     def _add_small_force(
@@ -219,7 +232,7 @@ class Structure:
             state = b.unstressed(len(filled))
             nodes, work = b.nodes.reshape(-1, 8 * LANES)[part].ravel(), np.zeros(N_WORK * len(filled))
             own = filled, b.material_of[part], self.table._replace(rows=rows), state.ravel(), np.empty(0), out, work
-            self.update_elements(self.x, direction, scale, nodes, *own)
+            self.update_elements(self.x, direction, scale, np.arange(len(filled)), nodes, *own)
         out /= scale
         self._add_small_force(direction, self.domain.nodal_vector(), direction, 0.0, out)
         np.negative(out, out=out)

@@ -189,6 +189,10 @@ class TravellingWindow(DynamicsPart):
         s.anchor.reshape(-1, 3)[gone] = s.x.reshape(-1, 3)[gone] - self.group.displacements(np.flatnonzero(gone))
         return True
 
+    def looks(self, dt: float) -> bool:
+        wheel = self.contact.wheel
+        return abs(wheel.offset + dt * wheel.speed) >= self.quiet_until
+
     def moved_on(self) -> bool:
         return self.advance(self.contact.wheel.offset)
 

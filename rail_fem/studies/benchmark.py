@@ -31,8 +31,8 @@ from rail_fem.case.examples import example
 from rail_fem.fe import dynamics as dynamics_module
 from rail_fem.fe import supports as supports_module
 from rail_fem.fe.contact import contact as contact_module
-from rail_fem.fe.contact import forces as contact_kernels
 from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.contact.messages import ContactMessages
 from rail_fem.fe.contact.search import PairSearch
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.halo import Halo
@@ -56,12 +56,11 @@ WAITING = "waiting for messages"
 TRIALS = 20000  # of the clock
 # what is timed: part, owner, methods; time within an inner part is the inner part's
 PARTS: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
-    ("kernels of wing and nose", Structure, ("add_internal_force",)),
+    ("kernels of wing and nose", Structure, ("add_finite_force",)),
     ("kernels of the wheel", Structure, ("_add_small_force",)),
     ("searches of contact", PairSearch, ("search",)),
-    ("projections", PairSearch, ("project",)),
-    ("positions of contact", Contact, ("ready", "pack")),
-    ("pressures and forces of contact", Contact, ("add_forces",)),
+    ("positions and forces of contact between ranks", Contact, ("ready", "begin", "end")),
+    ("projections, pressures and forces of contact", Contact, ("add_forces",)),
     ("energies", Dynamics, ("_energies",)),
     ("rest of checks and rows", Dynamics, ("check",)),
     ("rest of checks and rows", Recorder, ("row",)),
@@ -76,7 +75,7 @@ PARTS: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
     ("all else", Dynamics, ("step",)),
     ("all else", Run, ("_step",)),
     ("rigid groups, springs, dampers", supports_module, ("group_reactions", "impose_velocities")),
-    ("projections", contact_kernels, ("predict",)),
+    (WAITING, ContactMessages, ("send", "take", "sent")),
 )
 
 
@@ -177,7 +176,7 @@ def step_table(chosen: TimedPass) -> Table:
     for _ in range(chosen.steps):
         run._step()
         pairs += sum(len(side.slaves) for side in dynamics.contact.pairs)
-    parts = [*dict.fromkeys(part for part, *_ in PARTS), WAITING]
+    parts = list(dict.fromkeys(part for part, *_ in PARTS))
     spent = {part: 1e6 * world.allreduce(watch.spent[part]) / chosen.steps for part in parts}
     total = sum(spent.values())
     searches = chosen.steps / max(watch.calls["searches of contact"], 1)

@@ -43,8 +43,8 @@ class MirroredContact(Contact):
         super().__init__(surfaces, settings)
         self.held = surfaces.gather(np.where(held, 1.0, 0.0)) > 0.5
 
-    def add_forces(self, dt: float, summed: np.ndarray) -> None:
-        super().add_forces(dt, summed)
+    def add_forces(self, dt: float) -> None:
+        super().add_forces(dt)
         self.force[self.held] = 0.0
 
 

@@ -130,7 +130,7 @@ def operations_each(strain: float) -> dict[str, float]:
         state = np.zeros((entries, LANES))
         state[YIELD::stride] = table.curve_stress[0]
         state, force, work = counted(state.ravel()), counted(np.zeros(points.size)), counted(np.zeros(3))
-        arguments = nodes, filled, kind, steels, state, np.empty(0), force, work
+        arguments = np.array([0]), nodes, filled, kind, steels, state, np.empty(0), force, work
         count(name, partial(update, x, v, Counted(STEP), *arguments))
     geometry, _ = elastic.fixed_geometry(x, nodes, filled, kind, rows)
     places = nodes // LANES * 3 * LANES + nodes % LANES

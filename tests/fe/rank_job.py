@@ -100,7 +100,7 @@ def main(out, law=""):
     peeq = gather_rows(comm, domain.cell_input[structure.finite_cells], plastic, len(mesh.cells))
     stress = gather_rows(comm, domain.cell_input[structure.finite_cells], structure.finite.stress(), len(mesh.cells))
     of_one_node = [apart(domain, field) for field in (structure.x, structure.v, structure.force)]
-    exchange = wrong_sums(domain)
+    exchange, ahead = wrong_sums(domain), comm.allreduce(len(dynamics.ahead))
     if comm.rank == 0:
         reactions = np.array([group.reaction for group in dynamics.supports.groups[:2]])
         np.savez(
@@ -116,6 +116,7 @@ def main(out, law=""):
             energies=np.array(list(energies.values())),
             ranks=comm.size,
             sums=np.array(sums),
+            ahead=ahead,
             exchange=exchange,
             apart=of_one_node,
         )

@@ -73,7 +73,7 @@ def test_nodes_that_drift_with_their_kick_go_where_they_went_after_it(monkeypatc
     """Slabs that come and go, a rigid base and a contact change velocities between kick and drift: of those nodes, and
     of all where a search is due, positions follow later. The same bits."""
     force, x = [], []
-    for looks in (Contact.looks, lambda self: True):
+    for looks in (Contact.looks, lambda self, dt: True):
         monkeypatch.setattr(Contact, "looks", looks)
         scene = rolling(MPI.COMM_SELF, 9e-3, 9e-3)
         force.append(run(scene, 300).force)

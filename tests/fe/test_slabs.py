@@ -63,7 +63,7 @@ def test_ranks_have_equal_work_wherever_the_window_stands(parts):
     sizes = np.repeat([187, 100], 14)
     region, slab = np.repeat(np.repeat([0, 1], 14), sizes), np.repeat(np.tile(np.arange(14), 2), sizes)
     centres = np.random.default_rng(0).uniform(size=(sizes.sum(), 3)) * [0.0, 60 * MM, 40 * MM]
-    part = slab_parts(centres, region, slab, parts)
+    part = slab_parts(centres, region, slab, np.ones(parts))
     for body, alone in ((0, 6), (1, 4)):
         shares = [np.bincount(part[(region == body) & (slab == s)], minlength=parts) for s in range(14)]
         blocks = -(-np.array(shares) // LANES)
@@ -73,18 +73,30 @@ def test_ranks_have_equal_work_wherever_the_window_stands(parts):
                 assert np.ptp(blocks[first:last].sum(axis=0)) <= 1
 
 
+@pytest.mark.parametrize("shares", [[0.3, 0.35, 0.35], [0.05, 0.95], [0.2, *[0.1] * 8]])
+def test_ranks_have_their_share_of_the_work_wherever_the_window_stands(shares):
+    """20 slabs of six blocks: of any slabs in a row each rank has its share of the blocks, to one or two."""
+    slab = np.repeat(np.arange(20), 6 * LANES)
+    centres = np.random.default_rng(0).uniform(size=(len(slab), 3))
+    part = slab_parts(centres, np.zeros(len(slab), int), slab, np.array(shares))
+    blocks = np.array([np.bincount(part[slab == s], minlength=len(shares)) for s in range(20)]) / LANES
+    for first in range(20):
+        for last in range(first + 1, 21):
+            assert np.abs(blocks[first:last].sum(axis=0) - 6 * (last - first) * np.array(shares)).max() < 2
+
+
 @pytest.mark.parametrize("parts", [1, 2, 3, 40])
 def test_no_rank_is_without_cells(mesh, parts):
     """Also where there are fewer blocks than ranks: cells are dealt out then."""
     points, cells, region = mesh
     centres = points[cells].mean(axis=1)
     slabs = cut_into_slabs(*mesh, bodies=(0,), shortest=6 * MM)
-    part = slab_parts(centres, region, slabs.of_cells(centres[:, 0], region), parts)
+    part = slab_parts(centres, region, slabs.of_cells(centres[:, 0], region), np.ones(parts))
     assert np.bincount(part, minlength=parts).min() >= 1 and len(np.unique(part)) == parts
 
 
 def test_a_slab_is_cut_into_pieces_that_lie_together():
     """Along its longest side, at whole blocks."""
     centres = np.column_stack([np.zeros(187), np.random.default_rng(1).permutation(187) * MM, np.zeros(187)])
-    part = slab_parts(centres, np.zeros(187, int), np.zeros(187, int), 2)
+    part = slab_parts(centres, np.zeros(187, int), np.zeros(187, int), np.ones(2))
     assert (np.diff(part[np.argsort(centres[:, 1])]) >= 0).all() and np.bincount(part).tolist() == [96, 91]

@@ -1,16 +1,17 @@
 """Contact between two surfaces of a structure: the forces of a step, on any number of ranks.
 
-What moves is summed over the ranks twice a step: positions of the nodes near contact, in the step's message, and their
-projections, of which each rank computes its part. From these every rank finds the same pressures and applies the forces
-on the nodes that it has.
+One rank computes them (rail_fem.fe.contact.messages): in a step it hears where the nodes near contact are, and tells
+each rank the forces on its nodes. Searches are of all ranks.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from mpi4py import MPI
 
 from rail_fem.fe.contact import forces as kernel
+from rail_fem.fe.contact.messages import OWNER, ContactMessages
 from rail_fem.fe.contact.pairs import (
     AXLE_MOMENT,
     FRICTION_WORK,
@@ -34,8 +35,9 @@ from rail_fem.fe.rolling_wheel import RollingWheel
 class Contact(DynamicsPart):
     """Contact of a rail (Lagrangian nodes, carry friction) and a wheel, whose material flows through its mesh.
 
-    After `add_forces`, at the surface nodes: force (n, 3), normal_force (n,) [N], pressure_at (n,) as a slave [Pa],
-    slip (n, 3) elastic [m], tributary_area (n,) of active pairs [m2];  sums (N_SUMS,) of the step;  all replicated.
+    After a step, on the owner, at the surface nodes: force (n, 3), normal_force (n,) [N], pressure_at (n,) as a slave
+    [Pa], slip (n, 3) elastic [m], tributary_area (n,) of active pairs [m2]; others know the force on their nodes.
+    sums (N_SUMS,) of the step, replicated;  lost : pairs that carried and lost their facet in it
     work : on the bodies, of the nodes of this rank;  friction_work [J]
     """
 
@@ -44,11 +46,12 @@ class Contact(DynamicsPart):
         *("sums", "friction_work"),
     )
     SUMMED = ("work",)
-    SCRATCH = ("rows", "nodes", "found", "sliding")
+    SCRATCH = ("rows", "nodes", "found", "sliding", "lost", "messages")
 
     def __init__(self, surfaces: ContactSurfaces, settings: ContactSettings, wheel: RollingWheel | None = None):
         self.surfaces, self.settings, self.wheel = surfaces, settings, wheel or RollingWheel()
         self.search = PairSearch(surfaces, settings, self.wheel)
+        self.messages, self.lost = ContactMessages(surfaces.comm, surfaces.here, surfaces.ghosts_here), 0
         self.from_axle, n = surfaces.reference - np.asarray(self.wheel.axle), surfaces.n
         self.law = Law(1.0 / settings.stiffness, float(settings.friction), float(settings.deepest))
         self.force, self.slip = np.zeros((n, 3)), np.zeros((n, 3))
@@ -64,23 +67,17 @@ class Contact(DynamicsPart):
         return self.search.pairs
 
     def after_restore(self) -> None:
-        """Which nodes are watched, where they stand in the step's message, what its kernels take, and room for their
-        results. Rank-local."""
+        """Which nodes are watched, what the step's kernels take, and room for their results. Rank-local."""
         s, search = self.surfaces, self.search
         watched = np.zeros(s.n, bool)
         for pairs in self.pairs:
             watched[pairs.slaves] = True
             watched[pairs.quads[pairs.usable].ravel()] = True
-        self.watched = np.flatnonzero(watched)
-        slot = np.full(s.n, -1)
-        slot[self.watched] = np.arange(len(self.watched))
-        mine = watched[s.here]
+        self.is_watched, self.watched = watched, np.flatnonzero(watched)
+        mine, others = watched[s.here], watched[s.ghosts_here]
         # watched nodes of this rank: local number, position in the surface arrays
         self.own_local, self.own_at = s.local[mine], s.here[mine]
-        self.own_slot = slot[self.own_at]
-        others = watched[s.ghosts_here]
         self.ghost_local, self.ghost_at = s.ghosts[others], s.ghosts_here[others]
-        self.size = 6 * len(self.watched)
         k = len(self.pairs[0].slaves)
         self.rows = np.zeros((k + len(self.pairs[1].slaves), PROJECTION))
         self.sliding = Sliding(np.zeros(k, np.bool_), np.zeros((k, 3)), np.zeros((k, 3)))
@@ -91,7 +88,7 @@ class Contact(DynamicsPart):
     def changes(self) -> np.ndarray:
         return np.concatenate([self.own_local, self.ghost_local])
 
-    def looks(self) -> bool:
+    def looks(self, dt: float) -> bool:
         return self.search.steps_left <= 0
 
     def ready(self, dt: float) -> bool:
@@ -108,15 +105,32 @@ class Contact(DynamicsPart):
         self.after_restore()
         return True
 
-    def pack(self, dt: float, mine: np.ndarray) -> None:
-        """Watched nodes of this rank at `structure.x` and, by `structure.v` (velocity without contact), dt [s] later; 0
-        for all others."""
-        s = self.surfaces.structure
-        kernel.pack(s.x, s.v, dt, self.own_local, self.own_slot, mine.reshape(-1, 6))
+    @property
+    def is_owner(self) -> bool:
+        """Whether this rank computes it."""
+        return self.messages.is_owner
+
+    def begin(self, dt: float, summed: np.ndarray) -> None:
+        """Watched nodes at `structure.x` and, by `structure.v` (velocity without contact), dt [s] later, to the owner,
+        with this rank's share of the step's sums; the owner answers with the forces. Collective."""
+        s, messages = self.surfaces.structure, self.messages
+        kernel.pack(s.x, s.v, dt, self.own_local, messages.rows)
+        messages.send(summed)
+        if self.is_owner:
+            self.add_forces(dt)
+            messages.answer(summed, self.sums, self.lost, self.force)
+
+    def end(self, summed: np.ndarray) -> None:
+        """The owner's answer, sums in place. Collective."""
+        if self.is_owner:
+            self.messages.sent()
+        else:
+            self.lost = self.messages.take(summed, self.sums, self.force)
+        if self.lost:
+            self.search.steps_left = min(self.search.steps_left, SOON)
 
     def kick(self, dt: float, summed: np.ndarray) -> None:
         """Forces of the step onto velocities, and their works."""
-        self.add_forces(dt, summed)
         s = self.surfaces.structure
         moving = s.v, s.force, self.force, self.surfaces.inverse_mass
         self.work += apply_contact(*moving, self.own_local, self.own_at, s.on_small, dt, s.works)
@@ -139,38 +153,35 @@ class Contact(DynamicsPart):
     def shares(self) -> tuple[float, float]:
         return 0.0, self.work
 
-    def add_forces(self, dt: float, summed: np.ndarray) -> None:
-        """Contact forces of the step from what `pack` gave, summed over the ranks -> `force`. Collective."""
-        if not len(self.watched):
-            self.sums[:] = 0.0
-            return
-        search, wheel, comm, n_rail = self.search, self.wheel, self.surfaces.comm, self.surfaces.n_rail
-        kernel.predict(
-            *(summed.reshape(-1, 6), self.watched, n_rail, search.frames, dt),
-            *(search.before, search.position, *self.pairs, comm.rank, comm.size, self.rows),
-        )
-        if comm.size > 1:
-            comm.Allreduce(MPI.IN_PLACE, self.rows)
-        lost = kernel.contact_forces(
-            *(self.rows, *self.pairs, self.watched, n_rail, self.nodes, self.law),
-            *(wheel.spin, float(wheel.yaw), dt, self.found, self.sliding, self.sums),
-        )
-        if lost:
-            search.steps_left = min(search.steps_left, SOON)
+    def add_forces(self, dt: float) -> None:
+        """Contact forces of the step from what `begin` sent -> `force`, `sums`, `lost`. Owner only."""
+        search, wheel, messages, n_rail = self.search, self.wheel, self.messages, self.surfaces.n_rail
+        self.sums[:], self.lost = 0.0, 0
+        if len(self.watched):
+            self.lost = kernel.contact_forces(
+                *(messages.given, messages.at, messages.order, search.frames, *self.pairs, self.rows, self.watched),
+                *(n_rail, self.nodes, self.law, wheel.spin, float(wheel.yaw), dt, self.found, self.sliding, self.sums),
+            )
+
+    def told(self, value: Any) -> Any:
+        """What the owner knows. Collective."""
+        comm = self.surfaces.comm
+        return comm.bcast(value, root=OWNER) if comm.size > 1 else value
 
     def force_on_rail(self) -> np.ndarray:
-        """(3,) [N]. Replicated."""
-        return np.array([along.sum() for along in self.force[: self.surfaces.n_rail].T])
+        """(3,) [N]. Collective."""
+        return self.told(np.array([along.sum() for along in self.force[: self.surfaces.n_rail].T]))
 
     def carrying_x(self) -> np.ndarray:
-        """Positions along x [m] of the rail's nodes that carry normal force. Replicated."""
+        """Positions along x [m] of the rail's nodes that carry normal force. Collective."""
         carries = np.flatnonzero(self.normal_force[: self.surfaces.n_rail] > 0)
-        return self.search.position[carries, 0]
+        return self.told(self.search.position[carries, 0])
 
     def overlap(self) -> list[float]:
         """How deep the surfaces lie in one another after the step before the last, at the pairs that carry: largest
-        [m], force times overlap summed up [N m], force [N]. Measured on the geometry. Replicated."""
+        [m], force times overlap summed up [N m], force [N]. Measured on the geometry. Collective."""
         found = np.zeros(3)
-        for pairs in self.pairs:
-            add_overlap(self.search.before, pairs, self.surfaces.area, found)
-        return found.tolist()
+        if self.is_owner:
+            for pairs in self.pairs:
+                add_overlap(self.search.before, pairs, self.surfaces.area, found)
+        return self.told(found.tolist())

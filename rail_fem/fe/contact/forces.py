@@ -21,15 +21,33 @@ from rail_fem.fe.contact.projection import project_some, take
 
 
 @compiled
-def pack(x, v, dt, local, slot, buffer):
-    """Positions now and, without contact, after the step, of the nodes `local` of this rank -> rows `slot` of buffer
-    (m, 6); 0 elsewhere."""
-    buffer[:] = 0.0
+def pack(x, v, dt, local, rows):
+    """Positions now and, without contact, after the step, of the nodes `local` (k,) -> rows (k, 6)."""
     for i in range(local.size):
         for c in range(3):
             now = x[3 * local[i] + c]
-            buffer[slot[i], c] = now
-            buffer[slot[i], 3 + c] = now + dt * v[3 * local[i] + c]
+            rows[i, c] = now
+            rows[i, 3 + c] = now + dt * v[3 * local[i] + c]
+
+
+@compiled
+def give_forces(summed, sums, lost, force, nodes, first, answers):
+    """What each rank is told, one after the other -> answers: `summed`, `sums`, `lost`, and the forces (n, 3) on its
+    nodes, nodes[first[r]:first[r+1]]."""
+    at = 0
+    for r in range(first.size - 1):
+        for value in summed:
+            answers[at] = value
+            at += 1
+        for value in sums:
+            answers[at] = value
+            at += 1
+        answers[at] = lost
+        at += 1
+        for i in range(first[r], first[r + 1]):
+            for c in range(3):
+                answers[at + c] = force[nodes[i], c]
+            at += 3
 
 
 @compiled
@@ -59,28 +77,18 @@ def unpack_motion(motion, nodes, n_rail, frames, position, velocity):
 
 
 @uncounted
-def unpack(buffer, watched, n_rail, frames, dt, before, position):
-    """Rows of all ranks onto the surface nodes `watched`, the wheel's (from n_rail on) as the rail's frame has them
-    before and after the step."""
-    for i in range(watched.size):
-        n = watched[i]
+def unpack(given, at, order, n_rail, frames, dt, before, position):
+    """Rows of all ranks, which begin at `at` (w,) in `given`, onto the surface nodes `order` (w,), the wheel's (from
+    n_rail on) as the rail's frame has them before and after the step."""
+    for i in range(order.size):
+        n = order[i]
         for c in range(3):
-            before[n, c], position[n, c] = buffer[i, c], buffer[i, 3 + c]
+            before[n, c], position[n, c] = given[at[i] + c], given[at[i] + 3 + c]
         if n >= n_rail:
             before[n, 0] += frames.offset
             position[n, 0] += frames.offset + dt * frames.speed
             before[n, 2] -= frames.raised
             position[n, 2] -= frames.raised + dt * frames.rise
-
-
-@compiled
-def predict(buffer, watched, n_rail, frames, dt, before, position, on_rail, on_wheel, first, every, rows):
-    """Rows of all ranks onto the surface nodes, as `unpack`; then, of every so many pairs of both surfaces from number
-    `first` on, their projections where the nodes would be without contact -> rows (k, PROJECTION), the rail's first."""
-    unpack(buffer, watched, n_rail, frames, dt, before, position)
-    split = on_rail.slaves.size
-    project_some(position, on_rail, first, every, rows[:split])
-    project_some(position, on_wheel, first, every, rows[split:])
 
 
 @uncounted
@@ -111,21 +119,27 @@ def add_normal_forces(pairs, nodes, factor, law, found, sums):
 
 
 @compiled
-def contact_forces(rows, on_rail, on_wheel, watched, n_rail, nodes, law, spin, yaw, dt, found, sliding, sums):
-    """All contact forces of a step, from the projections of all pairs; returns how many pairs that carried have lost
-    their facet.
+def contact_forces(
+    given, at, order, frames, on_rail, on_wheel, rows, watched, n_rail, nodes, law, spin, yaw, dt, found, sliding, sums
+):
+    """All contact forces of a step, from where the nodes are and would be without contact; returns how many pairs that
+    carried have lost their facet.
 
-    rows : (k, PROJECTION) of the rail's pairs, then of the wheel's;  on_rail, on_wheel : Pairs of the rail's nodes over
-        the wheel's facets and the reverse
-    watched : (w,) surface nodes in question, the wheel's from number n_rail on;  nodes : Nodes;  law : Law;  spin of
-        the wheel [rad/s];  yaw : angle by which it heads to +y [rad]
+    given, at, order : see `unpack`;  frames : Frames
+    on_rail, on_wheel : Pairs of the rail's nodes over the wheel's facets and the reverse;  rows : (k, PROJECTION)
+        overwritten, of the rail's pairs, then of the wheel's
+    watched : (w,) `order` ascending, the wheel's from number n_rail on;  nodes : Nodes;  law : Law;  spin of the wheel
+        [rad/s];  yaw : angle by which it heads to +y [rad]
     found : NodalForces, all but the slip overwritten on `watched`;  sliding : Sliding of the rail's pairs, overwritten;
     sums : (N_SUMS,) overwritten
     With friction the rail's pairs are left active where their node carries normal force, its own or of the wheel's
     nodes.
     """
     sums[:] = 0.0
+    unpack(given, at, order, n_rail, frames, dt, nodes.before, nodes.position)
     split = on_rail.slaves.size
+    project_some(nodes.position, on_rail, 0, 1, rows[:split])
+    project_some(nodes.position, on_wheel, 0, 1, rows[split:])
     lost = take(rows[:split], on_rail) + take(rows[split:], on_wheel)
     for n in watched:
         found.tributary_area[n], found.normal_force[n], found.pressure_at[n] = 0.0, 0.0, 0.0

@@ -13,6 +13,7 @@ from mpi4py import MPI
 
 from rail_fem.fe.contact import forces as kernel
 from rail_fem.fe.contact.continuing import close_pairs, time_to_contact
+from rail_fem.fe.contact.messages import OWNER
 from rail_fem.fe.contact.near_facets import (
     facet_boxes,
     facet_centres,
@@ -107,6 +108,14 @@ class PairSearch:
         usable = np.zeros(len(quads), np.bool_) if usable is None else usable
         return Pairs.over(quads, neighbours, usable, slaves, facets, where)
 
+    def _share_pairs(self) -> None:
+        """What the owner's pairs have come to, which go on from there. Collective."""
+        comm = self.surfaces.comm
+        if comm.size > 1:
+            for pairs in self.pairs:
+                for of_pairs in (pairs.facets, pairs.where, pairs.gap, pairs.ahead):
+                    comm.Bcast(of_pairs, root=OWNER)
+
     def _take_motion(self, nodes: np.ndarray) -> None:
         """`position` [m] and `velocity` [m/s] of these nodes as they are now. Collective."""
         s = self.surfaces
@@ -132,6 +141,7 @@ class PairSearch:
     def search(self, dt: float) -> None:
         """Choose the nodes and facets that may come into contact before the next search, after `steps_left` steps of dt
         [s], and where their projections start. Collective."""
+        self._share_pairs()
         longest = self.steps_between_searches(dt)
         self._look_ahead(longest * dt)
         facets = self._near_facets()

@@ -1,0 +1,102 @@
+"""The messages of a step whose contact one rank computes: to it where the watched nodes are, back the forces on them.
+
+Between the two the other ranks compute elements that no contact force moves in the step, and the owner, which has
+fewer of them, the contact. What else a step sums over the ranks goes along.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from mpi4py import MPI
+
+from rail_fem.fe.contact.forces import give_forces
+from rail_fem.fe.contact.pairs import N_SUMS
+
+OWNER = 0  # root, whose restart file holds all that it knows
+THERE, BACK = 1, 2  # tags
+ROW = 6  # numbers of a node, see forces.pack
+
+
+class ContactMessages:
+    """Between the ranks that have surface nodes and the owner of their contact.
+
+    here, ghosts_here : (k,) which of the surface nodes this rank has, its own and others'
+
+    Attributes: mine : what this rank sends, its share of the sums, then the rows of its watched nodes;  on the owner
+    given : what all send, rank by rank, order (w,) all watched nodes, at (w,) where the row of each begins in `given`
+    """
+
+    def __init__(self, comm: MPI.Comm, here: np.ndarray, ghosts_here: np.ndarray):
+        self.comm, self.here, self.ghosts_here = comm, here, ghosts_here
+        self.is_owner = comm.rank == OWNER
+        self.nodes_of = comm.gather((here, ghosts_here), root=OWNER) or []
+        self.there: list[MPI.Prequest] = []
+        self.back: list[MPI.Prequest] = []
+
+    def choose(self, watched: np.ndarray, count: int) -> None:
+        """From now on these surface nodes (n,) bool are watched, and so many numbers are summed. Rank-local."""
+        chosen = lambda nodes: nodes[watched[nodes]]
+        for request in (*self.there, *self.back):
+            request.Free()
+        self.count = count
+        if not self.is_owner:
+            own = chosen(self.here)
+            self.nodes = np.concatenate([own, chosen(self.ghosts_here)])
+            self.mine = np.empty(count + ROW * len(own))
+            self.answers = np.empty(count + N_SUMS + 1 + 3 * len(self.nodes))
+            self.there = [self.comm.Send_init(self.mine, OWNER, THERE)]
+            self.back = [self.comm.Recv_init(self.answers, OWNER, BACK)]
+            return
+        others = range(1, self.comm.size)
+        owned = [chosen(own) for own, _ in self.nodes_of]
+        self.order, sizes = np.concatenate(owned), np.array(list(map(len, owned)))
+        self.given = np.empty(count * len(owned) + ROW * len(self.order))
+        self.at = count * (1 + np.repeat(np.arange(len(owned)), sizes)) + ROW * np.arange(len(self.order))
+        ends = np.cumsum(count + ROW * sizes)
+        self.mine, *self.of_others = np.split(self.given, ends[:-1])
+        self.there = [self.comm.Recv_init(own, rank, THERE) for own, rank in zip(self.of_others, others)]
+        told = [np.concatenate([owned[rank], chosen(self.nodes_of[rank][1])]) for rank in others]
+        self.told = np.concatenate([np.empty(0, np.int64), *told])
+        self.first = np.cumsum([0, *map(len, told)])  # of each rank's nodes among the told
+        starts = 3 * self.first + (count + N_SUMS + 1) * np.arange(len(self.first))
+        self.answers = np.empty(starts[-1])
+        answers = [self.answers[first:last] for first, last in zip(starts, starts[1:])]
+        self.back = [self.comm.Send_init(own, rank, BACK) for own, rank in zip(answers, others)]
+
+    @property
+    def rows(self) -> np.ndarray:
+        """(k, ROW) of this rank's watched nodes, in `mine`."""
+        return self.mine[self.count :].reshape(-1, ROW)
+
+    def send(self, summed: np.ndarray) -> None:
+        """This rank's share of the sums, and `rows`, to the owner, which waits for those of all and sums up in place,
+        in the order of the ranks. Collective."""
+        if self.comm.size == 1:
+            return
+        self.mine[: self.count] = summed
+        MPI.Prequest.Startall(self.there)
+        if self.is_owner:
+            MPI.Prequest.Waitall(self.there)
+            for other in self.of_others:
+                summed += other[: self.count]
+        else:
+            MPI.Prequest.Startall(self.back)
+
+    def answer(self, summed: np.ndarray, sums: np.ndarray, lost: int, force: np.ndarray) -> None:
+        """To each rank: what is summed up, the contact's sums (N_SUMS,), lost pairs, forces (n, 3) on its nodes. Owner
+        only."""
+        if self.comm.size > 1:
+            give_forces(summed, sums, lost, force, self.told, self.first, self.answers)
+            MPI.Prequest.Startall(self.back)
+
+    def take(self, summed: np.ndarray, sums: np.ndarray, force: np.ndarray) -> int:
+        """The answer -> sums, forces on the nodes of this rank; returns lost pairs. Not on the owner."""
+        MPI.Prequest.Waitall(self.there + self.back)
+        ends = self.count, self.count + N_SUMS
+        summed[:], sums[:], lost = self.answers[: ends[0]], self.answers[slice(*ends)], self.answers[ends[1]]
+        force[self.nodes] = self.answers[ends[1] + 1 :].reshape(-1, 3)
+        return int(lost)
+
+    def sent(self) -> None:
+        """Wait until every answer has left. Owner only."""
+        MPI.Prequest.Waitall(self.back)
