@@ -23,6 +23,7 @@ from mpi4py import MPI
 from geometry.meshing.cell_measures import eigen_length
 from geometry.meshing.quality import over_cells
 from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.contact.pairs import CARRIED
 from rail_fem.fe.contact.surface import ContactSurfaces
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.dynamics_part import DynamicsPart
@@ -174,4 +175,4 @@ def _relax(r: Relaxation, most_steps: int | None, look: Callable[[str], None] | 
 
 def _carried(d: Dynamics) -> float:
     """Force of the contact upwards on the wheel [N]. Replicated."""
-    return -float(d.contact.force_on_rail()[2])
+    return float(d.contact.sums[CARRIED])
