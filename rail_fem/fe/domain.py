@@ -26,8 +26,8 @@ class Domain:
 
     Parameters (root only, others pass None)
     ----------
-    points : (n, 3) [m];  cells : (m, 8) VTK order;  region : (m,) int;  cost : (m,) relative cost of an update, or None
-    part : (m,) rank of each cell; None: pieces along the longest side, by cost
+    points : (n, 3) [m];  cells : (m, 8) VTK order;  region : (m,) int
+    part : (m,) rank of each cell; None: even pieces along the longest side
     keep_mesh : keep the dolfinx mesh, for dolfinx's own forms; steps want of it only who owns which node
 
     Attributes (rank-local unless said)
@@ -40,7 +40,7 @@ class Domain:
     n_global, m_global : replicated totals
     """
 
-    def __init__(self, comm: MPI.Comm, points=None, cells=None, region=None, cost=None, part=None, keep_mesh=False):
+    def __init__(self, comm: MPI.Comm, points=None, cells=None, region=None, part=None, keep_mesh=False):
         self.comm = comm
         message = None
         if comm.rank == 0 and len(cells) < comm.size:
@@ -48,9 +48,9 @@ class Domain:
         raise_together(comm, message)
         if comm.rank == 0:
             cells = np.asarray(cells, dtype=np.int64)
-            cost = np.ones(len(cells)) if cost is None else cost
-            destination = balanced_parts(cell_centres(points, cells), cost, comm.size) if part is None else part
-            ordered, points = cells[:, VTK_TO_DOLFINX], np.ascontiguousarray(points, dtype=float)
+            if part is None:
+                part = balanced_parts(cell_centres(points, cells), np.ones(len(cells)), comm.size)
+            ordered, destination, points = cells[:, VTK_TO_DOLFINX], part, np.ascontiguousarray(points, dtype=float)
         else:
             ordered, points, destination = np.empty((0, 8), np.int64), np.empty((0, 3)), np.empty(0, np.int32)
         mesh = create_hexahedral_mesh(comm, ordered, points, destination)

@@ -120,9 +120,9 @@ class Dynamics:
         changed = np.unique(np.concatenate([np.empty(0, np.int64), *(part.changes() for part in self.parts)]))
         self.changed = changed[self.touched[changed]]  # contact watches nodes that have left until its next search
         marks[self.changed] |= CHANGED
-        ahead = self.structure.without(self.marks, CHANGED) if self.comm.size > 1 else np.zeros(0, bool)
         blocks = self.structure.blocks
-        self.ahead, self.behind = (blocks[ahead], blocks[~ahead]) if len(ahead) else (blocks[:0], blocks)
+        ahead = self.structure.without(self.marks, CHANGED) & (self.comm.size > 1)
+        self.ahead, self.behind = blocks[ahead], blocks[~ahead]
         sizes = [part.size for part in self.parts]
         self.message = np.empty(sum(sizes))  # what the parts sum over the ranks, and the stretch of each
         self.stretches = np.split(self.message, np.cumsum(sizes)[:-1])
@@ -208,9 +208,10 @@ class Dynamics:
             part.drift(dt)
 
     def _forces_ahead(self, dt: float) -> None:
-        clock = working_time()
-        self.structure.add_finite_force(dt, self.ahead)
-        self.kernel_time += working_time() - clock
+        if len(self.ahead):
+            clock = working_time()
+            self.structure.add_finite_force(dt, self.ahead)
+            self.kernel_time += working_time() - clock
 
     def _forces(self, dt: float) -> None:
         s = self.structure

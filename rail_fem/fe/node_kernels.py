@@ -173,14 +173,18 @@ def add_motion_energy(v, force, mass, small, runs, out):
 
     v, force : (3 n,);  mass, small : (n,), small 1 on the small-displacement bodies;  out : (3,) added to
     """
+    kinetic, all_power, small_power = 0.0, 0.0, 0.0
     for r in range(runs.shape[0]):
         for n in range(runs[r, 0] // np.uint64(3), runs[r, 1] // np.uint64(3)):
             i = np.uint64(3) * n
             a, b, c = v[i], v[i + np.uint64(1)], v[i + np.uint64(2)]
             power = force[i] * a + force[i + np.uint64(1)] * b + force[i + np.uint64(2)] * c
-            out[0] += 0.5 * mass[n] * (a * a + b * b + c * c)
-            out[1] += power
-            out[2] += small[n] * power
+            kinetic += 0.5 * mass[n] * (a * a + b * b + c * c)
+            all_power += power
+            small_power += small[n] * power
+    out[0] += kinetic
+    out[1] += all_power
+    out[2] += small_power
 
 
 @njit(cache=True, error_model="numpy")
@@ -193,7 +197,15 @@ def all_finite(v, runs):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@njit(forceinline=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
+def with_motion(sums, m, v):
+    """Mass, momentum and kinetic energy with those of a node of mass m [kg] and velocity v [m/s]."""
+    a, b, c = v
+    energy = 0.5 * m * (a * a + b * b + c * c)
+    return sums[0] + m, sums[1] + m * a, sums[2] + m * b, sums[3] + m * c, sums[4] + energy
+
+
+@njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
 def add_motion(v, mass, on_wheel, runs, out):
     """What says how much of the bodies' motion is not that of a rigid one: mass, momentum and kinetic energy of each.
 
@@ -201,14 +213,16 @@ def add_motion(v, mass, on_wheel, runs, out):
     runs : (k, 2) the unknowns that count, in ranges first..last-1
     out : (2, 5) of crossing and wheel: mass [kg], momentum along x, y, z [kg m/s], kinetic energy [J], added to
     """
+    crossing, wheel = (0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0)
     for r in range(runs.shape[0]):
-        for i in range(runs[r, 0] // np.uint64(3), runs[r, 1] // np.uint64(3)):
-            row, m = out[on_wheel[i]], mass[i]
-            row[0] += m
-            for c in range(3):
-                speed = v[3 * i + c]
-                row[1 + c] += m * speed
-                row[4] += 0.5 * m * speed * speed
+        for n in range(runs[r, 0] // np.uint64(3), runs[r, 1] // np.uint64(3)):
+            i = np.uint64(3) * n
+            velocity, of_wheel = (v[i], v[i + np.uint64(1)], v[i + np.uint64(2)]), mass[n] * on_wheel[n]
+            crossing = with_motion(crossing, mass[n] - of_wheel, velocity)
+            wheel = with_motion(wheel, of_wheel, velocity)
+    for k in range(5):
+        out[0, k] += crossing[k]
+        out[1, k] += wheel[k]
 
 
 @njit(cache=True, error_model="numpy")

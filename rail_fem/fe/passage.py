@@ -32,6 +32,7 @@ from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.elastic_group import ElasticGroup
 from rail_fem.fe.lateral_guide import LateralGuide
 from rail_fem.fe.mass_scaling import MassScaling, choose_scaling
+from rail_fem.fe.partition import balanced_parts
 from rail_fem.fe.pass_supports import build_supports, set_lumped_masses
 from rail_fem.fe.rolling_wheel import RollingWheel
 from rail_fem.fe.running import Running
@@ -227,21 +228,22 @@ def rail_slabs(mesh: HexMesh) -> Slabs:
 
 def shared_mesh(
     mesh: HexMesh, slabs: Slabs | None, extent: Extent, settings: FeSettings, ranks: int, axis: tuple[float, float]
-) -> dict[str, np.ndarray | None]:
+) -> dict[str, np.ndarray]:
     """What a Domain is made from, by its arguments. With slabs, blocks of each of them and of the wheel, whole rings
-    about its axis (x, z) [m], are dealt out to the ranks, fewer to that which computes contact."""
+    about its axis (x, z) [m], are dealt out to the ranks; fewer elements to that which computes contact."""
     wheel = mesh.region == PassBody.WHEEL
     cost = np.where(wheel, ELASTIC_COST, 1.0)
-    part = None
-    if slabs is not None:
-        centres = cell_centres(mesh.points, mesh.cells)
+    centres = cell_centres(mesh.points, mesh.cells)
+    if slabs is None:
+        part = balanced_parts(centres, cost, ranks, rank_shares(float(cost.sum()), contact_cost(settings), ranks))
+    else:
         slab = slabs.of_cells(centres[:, 0], mesh.region)
         low, high = slabs.near(*extent.ends(0.0))[mesh.region].T
         elements = float(cost[wheel | ((slab >= low) & (slab < high))].sum())
         radius = np.hypot(*(centres[wheel][:, [0, 2]] - axis).T)
         centres[wheel] = np.column_stack([np.zeros(len(radius)), centres[wheel, 1], -np.round(radius, 9)])
         part = slab_parts(centres, mesh.region, slab, rank_shares(elements, contact_cost(settings), ranks))
-    return dict(points=mesh.points, cells=mesh.cells, region=mesh.region, cost=cost, part=part)
+    return dict(points=mesh.points, cells=mesh.cells, region=mesh.region, part=part)
 
 
 def contact_cost(settings: FeSettings) -> float:

@@ -37,6 +37,7 @@ def headlines(result: PassResult) -> list[Headline]:
         where = (
             f"at x = {show(peak.x, shown, 4)}" if np.isfinite(peak.x) else "",
             f"y = {show(peak.y, shown, 4)}" if np.isfinite(peak.y) else "",
+            f"t = {show(peak.time, COLUMNS['time'].unit, 4)}" if np.isfinite(peak.time) else "",
             f"in an element of {show(peak.size, shown, 2)}" if np.isfinite(peak.size) else "",
         )
         place = ", ".join(filter(None, where)) if peak.value else ""  # nothing has flowed nowhere

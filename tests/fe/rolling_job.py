@@ -59,9 +59,9 @@ def rolling(
     start = start if sign > 0 else LENGTH - start
     mesh, shortest, load = bodies(start), 3 * MM, 4e3
     slabs = None if ahead is None else cut_into_slabs(mesh.points, mesh.cells, mesh.region, (0,), shortest)
-    centres, cost = mesh.points[mesh.cells].mean(axis=1), np.ones(len(mesh.cells))
+    centres = mesh.points[mesh.cells].mean(axis=1)
     part = slabs and slab_parts(centres, mesh.region, slabs.of_cells(centres[:, 0], mesh.region), np.ones(comm.size))
-    given = (mesh.points, mesh.cells, mesh.region, cost, part if slabs else None) if comm.rank == 0 else ()
+    given = (mesh.points, mesh.cells, mesh.region, part if slabs else None) if comm.rank == 0 else ()
     domain = Domain(comm, *given)
     slab = slabs and slabs.of_cells(domain.cell_centres()[:, 0], domain.region)
     structure = Structure(domain, [steel, R8T], (1,), settings, slab if slabs else None)
