@@ -24,7 +24,7 @@ from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.casting_group import CastingGroup
 from rail_fem.fe.condensed_body import Condensed, CondensedBlock
 from rail_fem.fe.contact.contact import Contact
-from rail_fem.fe.contact.messages import OWNER
+from rail_fem.fe.contact.messages import owner_count
 from rail_fem.fe.contact.search import ContactSettings
 from rail_fem.fe.contact.surface import ContactSurfaces, Surface
 from rail_fem.fe.domain import Domain
@@ -49,10 +49,10 @@ from rail_fem.settings.explicit import FeSettings
 MARGIN = 0.15e-3  # gap below which nodes are watched [m]
 # an update of the wheel's kernels within a step, relative to the finite-strain one
 ELASTIC_COST = 0.55
-# of contact on its owner, in updates of the finite-strain kernel: of a pair, and of a step besides
+# of contact on one owner, in updates of the finite-strain kernel: of a pair, and of a step besides
 PAIR_COST, CONTACT_COST = 3.5, 200.0
 WATCHED = 440e-6  # area in which nodes are watched, the same for elements of 0.5 to 4 mm [m2]
-LEAST_SHARE = 0.1  # of an even share of the elements, that the owner of contact has at least
+LEAST_SHARE = 0.1  # of an even share of the elements, that an owner of contact has at least
 
 
 @dataclass(frozen=True)
@@ -230,39 +230,39 @@ def shared_mesh(
     mesh: HexMesh, slabs: Slabs | None, extent: Extent, settings: FeSettings, ranks: int, axis: tuple[float, float]
 ) -> dict[str, np.ndarray]:
     """What a Domain is made from, by its arguments. With slabs, blocks of each of them and of the wheel, whole rings
-    about its axis (x, z) [m], are dealt out to the ranks; fewer elements to that which computes contact."""
+    about its axis (x, z) [m], are dealt out to the ranks; fewer elements to those that compute contact."""
     wheel = mesh.region == PassBody.WHEEL
     cost = np.where(wheel, ELASTIC_COST, 1.0)
     centres = cell_centres(mesh.points, mesh.cells)
     if slabs is None:
-        part = balanced_parts(centres, cost, ranks, rank_shares(float(cost.sum()), contact_cost(settings), ranks))
+        part = balanced_parts(centres, cost, ranks, rank_shares(float(cost.sum()), settings, ranks))
     else:
         slab = slabs.of_cells(centres[:, 0], mesh.region)
         low, high = slabs.near(*extent.ends(0.0))[mesh.region].T
         elements = float(cost[wheel | ((slab >= low) & (slab < high))].sum())
         radius = np.hypot(*(centres[wheel][:, [0, 2]] - axis).T)
         centres[wheel] = np.column_stack([np.zeros(len(radius)), centres[wheel, 1], -np.round(radius, 9)])
-        part = slab_parts(centres, mesh.region, slab, rank_shares(elements, contact_cost(settings), ranks))
+        part = slab_parts(centres, mesh.region, slab, rank_shares(elements, settings, ranks))
     return dict(points=mesh.points, cells=mesh.cells, region=mesh.region, part=part)
 
 
-def contact_cost(settings: FeSettings) -> float:
-    """Of a step's contact on the rank that computes it, in updates of the finite-strain kernel."""
+def contact_cost(settings: FeSettings, owners: int) -> float:
+    """Of a step's contact on each of its owners, in updates of the finite-strain kernel: half of it is projections,
+    which they share."""
     facet = settings.element_size * settings.along
     pairs = WATCHED / facet * (1.0 + settings.wheel_element_ratio**-2)
-    return CONTACT_COST + PAIR_COST * pairs
+    return CONTACT_COST + PAIR_COST * pairs * 0.5 * (1.0 + 1.0 / owners)
 
 
-def rank_shares(elements: float, contact: float, ranks: int) -> np.ndarray:
+def rank_shares(elements: float, settings: FeSettings, ranks: int) -> np.ndarray:
     """Share of the elements (ranks,) with which all ranks have as much to do: `elements` is what these cost in a step,
-    `contact` what its owner does besides."""
-    shares = np.ones(ranks)
-    if ranks > 1:
-        even = (elements + contact) / ranks
-        shares[OWNER] = max((even - contact) / (elements / ranks), LEAST_SHARE)
-        others = np.arange(ranks) != OWNER
-        shares[others] = (ranks - shares[OWNER]) / (ranks - 1)
-    return shares
+    in updates of the finite-strain kernel; the first ranks compute contact besides."""
+    owners = owner_count(ranks)
+    contact = contact_cost(settings, owners) if ranks > 1 else 0.0
+    own = max((elements + owners * contact) / ranks - contact, LEAST_SHARE * elements / ranks)
+    work = np.full(ranks, (elements - owners * own) / max(ranks - owners, 1))
+    work[:owners] = own
+    return work / elements
 
 
 def contact_settings(scene: Scene, settings: FeSettings, steel) -> ContactSettings:

@@ -31,6 +31,7 @@ from rail_fem.case.examples import example
 from rail_fem.fe import dynamics as dynamics_module
 from rail_fem.fe import supports as supports_module
 from rail_fem.fe.contact import contact as contact_module
+from rail_fem.fe.contact import forces as contact_kernels
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.messages import ContactMessages
 from rail_fem.fe.contact.search import PairSearch
@@ -59,8 +60,9 @@ PARTS: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
     ("kernels of wing and nose", Structure, ("add_finite_force",)),
     ("kernels of the wheel", Structure, ("_add_small_force",)),
     ("searches of contact", PairSearch, ("search",)),
+    ("projections", PairSearch, ("project",)),
     ("positions and forces of contact between ranks", Contact, ("ready", "begin", "end")),
-    ("projections, pressures and forces of contact", Contact, ("add_forces",)),
+    ("pressures and forces of contact", Contact, ("add_forces",)),
     ("energies", Dynamics, ("_energies",)),
     ("rest of checks and rows", Dynamics, ("check",)),
     ("rest of checks and rows", Recorder, ("row",)),
@@ -75,6 +77,7 @@ PARTS: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
     ("all else", Dynamics, ("step",)),
     ("all else", Run, ("_step",)),
     ("rigid groups, springs, dampers", supports_module, ("group_reactions", "impose_velocities")),
+    ("projections", contact_kernels, ("predict",)),
     (WAITING, ContactMessages, ("send", "take", "sent")),
 )
 

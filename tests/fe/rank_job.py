@@ -54,7 +54,8 @@ def build(comm, steel=MN13):
     structure.v.reshape(-1, 3)[cap_nodes] = plate.velocity
     surfaces = [Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1)]
     settings = ContactSettings(10 * MN13.density * MN13.wave_speed**2 / 0.5e-3, friction=0.3, refresh=20)
-    contact = Contact(ContactSurfaces(structure, *surfaces), settings, RollingWheel(5.0, -5.0 / 0.03, (0.0, 0.0, 0.03)))
+    wheel, owners = RollingWheel(5.0, -5.0 / 0.03, (0.0, 0.0, 0.03)), max(comm.size - 1, 1)
+    contact = Contact(ContactSurfaces(structure, *surfaces), settings, wheel, owners)
     return mesh, Dynamics(structure, Supports([base, plate, axle], links), contact)
 
 

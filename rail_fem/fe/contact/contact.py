@@ -1,7 +1,7 @@
 """Contact between two surfaces of a structure: the forces of a step, on any number of ranks.
 
-One rank computes them (rail_fem.fe.contact.messages): in a step it hears where the nodes near contact are, and tells
-each rank the forces on its nodes. Searches are of all ranks.
+One rank, of many some, computes them (rail_fem.fe.contact.messages): in a step it hears where the nodes near contact
+are, and tells each rank the forces on its nodes. Searches are of all ranks.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from mpi4py import MPI
 
 from rail_fem.fe.contact import forces as kernel
 from rail_fem.fe.contact.messages import OWNER, ContactMessages
@@ -35,7 +36,7 @@ from rail_fem.fe.rolling_wheel import RollingWheel
 class Contact(DynamicsPart):
     """Contact of a rail (Lagrangian nodes, carry friction) and a wheel, whose material flows through its mesh.
 
-    After a step, on the owner, at the surface nodes: force (n, 3), normal_force (n,) [N], pressure_at (n,) as a slave
+    After a step, on its owners, at the surface nodes: force (n, 3), normal_force (n,) [N], pressure_at (n,) as a slave
     [Pa], slip (n, 3) elastic [m], tributary_area (n,) of active pairs [m2]; others know the force on their nodes.
     sums (N_SUMS,) of the step, replicated;  lost : pairs that carried and lost their facet in it
     work : on the bodies, of the nodes of this rank;  friction_work [J]
@@ -48,10 +49,17 @@ class Contact(DynamicsPart):
     SUMMED = ("work",)
     SCRATCH = ("rows", "nodes", "found", "sliding", "lost", "messages")
 
-    def __init__(self, surfaces: ContactSurfaces, settings: ContactSettings, wheel: RollingWheel | None = None):
+    def __init__(
+        self,
+        surfaces: ContactSurfaces,
+        settings: ContactSettings,
+        wheel: RollingWheel | None = None,
+        owners: int | None = None,
+    ):
         self.surfaces, self.settings, self.wheel = surfaces, settings, wheel or RollingWheel()
         self.search = PairSearch(surfaces, settings, self.wheel)
-        self.messages, self.lost = ContactMessages(surfaces.comm, surfaces.here, surfaces.ghosts_here), 0
+        self.messages = ContactMessages(surfaces.comm, surfaces.here, surfaces.ghosts_here, owners)
+        self.lost = 0
         self.from_axle, n = surfaces.reference - np.asarray(self.wheel.axle), surfaces.n
         self.law = Law(1.0 / settings.stiffness, float(settings.friction), float(settings.deepest))
         self.force, self.slip = np.zeros((n, 3)), np.zeros((n, 3))
@@ -107,12 +115,12 @@ class Contact(DynamicsPart):
 
     @property
     def is_owner(self) -> bool:
-        """Whether this rank computes it."""
+        """Whether this rank computes it, alone or among others."""
         return self.messages.is_owner
 
     def begin(self, dt: float, summed: np.ndarray) -> None:
-        """Watched nodes at `structure.x` and, by `structure.v` (velocity without contact), dt [s] later, to the owner,
-        with this rank's share of the step's sums; the owner answers with the forces. Collective."""
+        """Watched nodes at `structure.x` and, by `structure.v` (velocity without contact), dt [s] later, to the owners,
+        with this rank's share of the step's sums; they answer with the forces. Collective."""
         s, messages = self.surfaces.structure, self.messages
         kernel.pack(s.x, s.v, dt, self.own_local, messages.rows)
         messages.send(summed)
@@ -121,7 +129,7 @@ class Contact(DynamicsPart):
             messages.answer(summed, self.sums, self.lost, self.force)
 
     def end(self, summed: np.ndarray) -> None:
-        """The owner's answer, sums in place. Collective."""
+        """An owner's answer, sums in place. Collective."""
         if self.is_owner:
             self.messages.sent()
         else:
@@ -154,17 +162,24 @@ class Contact(DynamicsPart):
         return 0.0, self.work
 
     def add_forces(self, dt: float) -> None:
-        """Contact forces of the step from what `begin` sent -> `force`, `sums`, `lost`. Owner only."""
+        """Contact forces of the step from what `begin` sent -> `force`, `sums`, `lost`. Collective of the owners."""
         search, wheel, messages, n_rail = self.search, self.wheel, self.messages, self.surfaces.n_rail
-        self.sums[:], self.lost = 0.0, 0
-        if len(self.watched):
-            self.lost = kernel.contact_forces(
-                *(messages.given, messages.at, messages.order, search.frames, *self.pairs, self.rows, self.watched),
-                *(n_rail, self.nodes, self.law, wheel.spin, float(wheel.yaw), dt, self.found, self.sliding, self.sums),
-            )
+        self.sums[:], self.lost, group = 0.0, 0, messages.group
+        if not len(self.watched):
+            return
+        kernel.predict(
+            *(messages.given, messages.at, messages.order, n_rail, search.frames, dt, self.nodes),
+            *(*self.pairs, group.rank, group.size, self.rows),
+        )
+        if group.size > 1:
+            group.Allreduce(MPI.IN_PLACE, self.rows)
+        self.lost = kernel.contact_forces(
+            *(self.rows, *self.pairs, self.watched, n_rail, self.nodes, self.law),
+            *(wheel.spin, float(wheel.yaw), dt, self.found, self.sliding, self.sums),
+        )
 
     def told(self, value: Any) -> Any:
-        """What the owner knows. Collective."""
+        """What its first owner knows. Collective."""
         comm = self.surfaces.comm
         return comm.bcast(value, root=OWNER) if comm.size > 1 else value
 

@@ -119,27 +119,31 @@ def add_normal_forces(pairs, nodes, factor, law, found, sums):
 
 
 @compiled
-def contact_forces(
-    given, at, order, frames, on_rail, on_wheel, rows, watched, n_rail, nodes, law, spin, yaw, dt, found, sliding, sums
-):
-    """All contact forces of a step, from where the nodes are and would be without contact; returns how many pairs that
-    carried have lost their facet.
+def predict(given, at, order, n_rail, frames, dt, nodes, on_rail, on_wheel, first, every, rows):
+    """Rows of all ranks onto the surface nodes, as `unpack`; then, of every so many pairs of both surfaces from number
+    `first` on, their projections where the nodes would be without contact -> rows (k, PROJECTION), the rail's first."""
+    unpack(given, at, order, n_rail, frames, dt, nodes.before, nodes.position)
+    split = on_rail.slaves.size
+    project_some(nodes.position, on_rail, first, every, rows[:split])
+    project_some(nodes.position, on_wheel, first, every, rows[split:])
 
-    given, at, order : see `unpack`;  frames : Frames
-    on_rail, on_wheel : Pairs of the rail's nodes over the wheel's facets and the reverse;  rows : (k, PROJECTION)
-        overwritten, of the rail's pairs, then of the wheel's
-    watched : (w,) `order` ascending, the wheel's from number n_rail on;  nodes : Nodes;  law : Law;  spin of the wheel
-        [rad/s];  yaw : angle by which it heads to +y [rad]
+
+@compiled
+def contact_forces(rows, on_rail, on_wheel, watched, n_rail, nodes, law, spin, yaw, dt, found, sliding, sums):
+    """All contact forces of a step, from the projections of all pairs; returns how many pairs that carried have lost
+    their facet.
+
+    rows : (k, PROJECTION) of the rail's pairs, then of the wheel's;  on_rail, on_wheel : Pairs of the rail's nodes over
+        the wheel's facets and the reverse
+    watched : (w,) surface nodes in question, the wheel's from number n_rail on;  nodes : Nodes;  law : Law;  spin of
+        the wheel [rad/s];  yaw : angle by which it heads to +y [rad]
     found : NodalForces, all but the slip overwritten on `watched`;  sliding : Sliding of the rail's pairs, overwritten;
     sums : (N_SUMS,) overwritten
     With friction the rail's pairs are left active where their node carries normal force, its own or of the wheel's
     nodes.
     """
     sums[:] = 0.0
-    unpack(given, at, order, n_rail, frames, dt, nodes.before, nodes.position)
     split = on_rail.slaves.size
-    project_some(nodes.position, on_rail, 0, 1, rows[:split])
-    project_some(nodes.position, on_wheel, 0, 1, rows[split:])
     lost = take(rows[:split], on_rail) + take(rows[split:], on_wheel)
     for n in watched:
         found.tributary_area[n], found.normal_force[n], found.pressure_at[n] = 0.0, 0.0, 0.0

@@ -1,7 +1,9 @@
-"""The messages of a step whose contact one rank computes: to it where the watched nodes are, back the forces on them.
+"""The messages of a step whose contact some ranks compute: to them where the watched nodes are, back the forces on
+them.
 
-Between the two the other ranks compute elements that no contact force moves in the step, and the owner, which has
-fewer of them, the contact. What else a step sums over the ranks goes along.
+Between the two the other ranks compute elements that no contact force moves in the step, and the owners, which have
+fewer of them, the contact: each projects its part of the pairs, all find the same pressures. What else a step sums over
+the ranks goes along.
 """
 
 from __future__ import annotations
@@ -12,24 +14,35 @@ from mpi4py import MPI
 from rail_fem.fe.contact.forces import give_forces
 from rail_fem.fe.contact.pairs import N_SUMS
 
-OWNER = 0  # root, whose restart file holds all that it knows
+OWNER = 0  # root, whose restart file holds all that it knows; further owners follow it
+RANKS_OF_OWNER, MOST_OWNERS = 4, 4
 THERE, BACK = 1, 2  # tags
 ROW = 6  # numbers of a node, see forces.pack
 
 
+def owner_count(ranks: int) -> int:
+    """How many of so many ranks compute contact."""
+    return min(max(ranks // RANKS_OF_OWNER, 1), MOST_OWNERS)
+
+
 class ContactMessages:
-    """Between the ranks that have surface nodes and the owner of their contact.
+    """Between the ranks that have surface nodes and the owners of their contact, the first ranks.
 
-    here, ghosts_here : (k,) which of the surface nodes this rank has, its own and others'
+    here, ghosts_here : (k,) which of the surface nodes this rank has, its own and others';  owners : how many, None: as
+    `owner_count`
 
-    Attributes: mine : what this rank sends, its share of the sums, then the rows of its watched nodes;  on the owner
-    given : what all send, rank by rank, order (w,) all watched nodes, at (w,) where the row of each begins in `given`
+    Attributes: mine : what this rank sends, its share of the sums, then the rows of its watched nodes;  on an owner
+    group : the owners' communicator, given : what all send, rank by rank, order (w,) all watched nodes, at (w,) where
+    the row of each begins in `given`
     """
 
-    def __init__(self, comm: MPI.Comm, here: np.ndarray, ghosts_here: np.ndarray):
+    def __init__(self, comm: MPI.Comm, here: np.ndarray, ghosts_here: np.ndarray, owners: int | None = None):
         self.comm, self.here, self.ghosts_here = comm, here, ghosts_here
-        self.is_owner = comm.rank == OWNER
-        self.nodes_of = comm.gather((here, ghosts_here), root=OWNER) or []
+        self.owners = owner_count(comm.size) if owners is None else owners
+        self.is_owner = comm.rank < self.owners
+        self.group = comm.Split(not self.is_owner, comm.rank) if self.owners > 1 else MPI.COMM_SELF
+        nodes = comm.allgather((here, ghosts_here))
+        self.nodes_of = nodes if self.is_owner else []
         self.there: list[MPI.Prequest] = []
         self.back: list[MPI.Prequest] = []
 
@@ -38,30 +51,31 @@ class ContactMessages:
         chosen = lambda nodes: nodes[watched[nodes]]
         for request in (*self.there, *self.back):
             request.Free()
-        self.count = count
+        comm, self.count = self.comm, count
         if not self.is_owner:
             own = chosen(self.here)
             self.nodes = np.concatenate([own, chosen(self.ghosts_here)])
             self.mine = np.empty(count + ROW * len(own))
             self.answers = np.empty(count + N_SUMS + 1 + 3 * len(self.nodes))
-            self.there = [self.comm.Send_init(self.mine, OWNER, THERE)]
-            self.back = [self.comm.Recv_init(self.answers, OWNER, BACK)]
+            self.there = [comm.Send_init(self.mine, owner, THERE) for owner in range(self.owners)]
+            self.back = [comm.Recv_init(self.answers, comm.rank % self.owners, BACK)]
             return
-        others = range(1, self.comm.size)
         owned = [chosen(own) for own, _ in self.nodes_of]
         self.order, sizes = np.concatenate(owned), np.array(list(map(len, owned)))
         self.given = np.empty(count * len(owned) + ROW * len(self.order))
         self.at = count * (1 + np.repeat(np.arange(len(owned)), sizes)) + ROW * np.arange(len(self.order))
-        ends = np.cumsum(count + ROW * sizes)
-        self.mine, *self.of_others = np.split(self.given, ends[:-1])
-        self.there = [self.comm.Recv_init(own, rank, THERE) for own, rank in zip(self.of_others, others)]
+        self.of_ranks = np.split(self.given, np.cumsum(count + ROW * sizes)[:-1])
+        self.mine = self.of_ranks[comm.rank]
+        self.there = [comm.Recv_init(own, r, THERE) for r, own in enumerate(self.of_ranks) if r != comm.rank]
+        self.there += [comm.Send_init(self.mine, r, THERE) for r in range(self.owners) if r != comm.rank]
+        others = [rank for rank in range(self.owners, comm.size) if rank % self.owners == comm.rank]
         told = [np.concatenate([owned[rank], chosen(self.nodes_of[rank][1])]) for rank in others]
         self.told = np.concatenate([np.empty(0, np.int64), *told])
         self.first = np.cumsum([0, *map(len, told)])  # of each rank's nodes among the told
         starts = 3 * self.first + (count + N_SUMS + 1) * np.arange(len(self.first))
         self.answers = np.empty(starts[-1])
         answers = [self.answers[first:last] for first, last in zip(starts, starts[1:])]
-        self.back = [self.comm.Send_init(own, rank, BACK) for own, rank in zip(answers, others)]
+        self.back = [comm.Send_init(own, rank, BACK) for own, rank in zip(answers, others)]
 
     @property
     def rows(self) -> np.ndarray:
@@ -69,28 +83,29 @@ class ContactMessages:
         return self.mine[self.count :].reshape(-1, ROW)
 
     def send(self, summed: np.ndarray) -> None:
-        """This rank's share of the sums, and `rows`, to the owner, which waits for those of all and sums up in place,
-        in the order of the ranks. Collective."""
+        """This rank's share of the sums, and `rows`, to the owners, which wait for those of all and sum up in place, in
+        the order of the ranks. Collective."""
         if self.comm.size == 1:
             return
         self.mine[: self.count] = summed
         MPI.Prequest.Startall(self.there)
         if self.is_owner:
             MPI.Prequest.Waitall(self.there)
-            for other in self.of_others:
-                summed += other[: self.count]
+            summed[:] = 0.0
+            for of_rank in self.of_ranks:
+                summed += of_rank[: self.count]
         else:
             MPI.Prequest.Startall(self.back)
 
     def answer(self, summed: np.ndarray, sums: np.ndarray, lost: int, force: np.ndarray) -> None:
-        """To each rank: what is summed up, the contact's sums (N_SUMS,), lost pairs, forces (n, 3) on its nodes. Owner
-        only."""
+        """To each rank of this owner: what is summed up, the contact's sums (N_SUMS,), lost pairs, forces (n, 3) on its
+        nodes. Owners only."""
         if self.comm.size > 1:
             give_forces(summed, sums, lost, force, self.told, self.first, self.answers)
             MPI.Prequest.Startall(self.back)
 
     def take(self, summed: np.ndarray, sums: np.ndarray, force: np.ndarray) -> int:
-        """The answer -> sums, forces on the nodes of this rank; returns lost pairs. Not on the owner."""
+        """The answer -> sums, forces on the nodes of this rank; returns lost pairs. Not on owners."""
         MPI.Prequest.Waitall(self.there + self.back)
         ends = self.count, self.count + N_SUMS
         summed[:], sums[:], lost = self.answers[: ends[0]], self.answers[slice(*ends)], self.answers[ends[1]]
@@ -98,5 +113,5 @@ class ContactMessages:
         return int(lost)
 
     def sent(self) -> None:
-        """Wait until every answer has left. Owner only."""
+        """Wait until every answer has left. Owners only."""
         MPI.Prequest.Waitall(self.back)

@@ -109,7 +109,7 @@ class PairSearch:
         return Pairs.over(quads, neighbours, usable, slaves, facets, where)
 
     def _share_pairs(self) -> None:
-        """What the owner's pairs have come to, which go on from there. Collective."""
+        """What the owners' pairs have come to, which go on from there. Collective."""
         comm = self.surfaces.comm
         if comm.size > 1:
             for pairs in self.pairs:
