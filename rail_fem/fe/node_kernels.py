@@ -7,6 +7,8 @@ They stand here, with nothing of the solver imported, so that an edit elsewhere 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kernel_cache import njit
@@ -197,12 +199,22 @@ def all_finite(v, runs):
     return True
 
 
+class Motion(NamedTuple):
+    """Of nodes together: mass [kg], momentum along x, y, z [kg m/s], kinetic energy [J]."""
+
+    mass: float
+    x: float
+    y: float
+    z: float
+    energy: float
+
+
 @njit(forceinline=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
 def with_motion(sums, m, v):
-    """Mass, momentum and kinetic energy with those of a node of mass m [kg] and velocity v [m/s]."""
+    """A Motion and that of a node of mass m [kg] and velocity v [m/s]."""
     a, b, c = v
     energy = 0.5 * m * (a * a + b * b + c * c)
-    return sums[0] + m, sums[1] + m * a, sums[2] + m * b, sums[3] + m * c, sums[4] + energy
+    return Motion(sums.mass + m, sums.x + m * a, sums.y + m * b, sums.z + m * c, sums.energy + energy)
 
 
 @njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
@@ -213,16 +225,19 @@ def add_motion(v, mass, on_wheel, runs, out):
     runs : (k, 2) the unknowns that count, in ranges first..last-1
     out : (2, 5) of crossing and wheel: mass [kg], momentum along x, y, z [kg m/s], kinetic energy [J], added to
     """
-    crossing, wheel = (0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0)
+    crossing, wheel = Motion(0.0, 0.0, 0.0, 0.0, 0.0), Motion(0.0, 0.0, 0.0, 0.0, 0.0)
     for r in range(runs.shape[0]):
         for n in range(runs[r, 0] // np.uint64(3), runs[r, 1] // np.uint64(3)):
             i = np.uint64(3) * n
             velocity, of_wheel = (v[i], v[i + np.uint64(1)], v[i + np.uint64(2)]), mass[n] * on_wheel[n]
             crossing = with_motion(crossing, mass[n] - of_wheel, velocity)
             wheel = with_motion(wheel, of_wheel, velocity)
-    for k in range(5):
-        out[0, k] += crossing[k]
-        out[1, k] += wheel[k]
+    for k, sums in enumerate((crossing, wheel)):
+        out[k, 0] += sums.mass
+        out[k, 1] += sums.x
+        out[k, 2] += sums.y
+        out[k, 3] += sums.z
+        out[k, 4] += sums.energy
 
 
 @njit(cache=True, error_model="numpy")
