@@ -199,7 +199,7 @@ def all_finite(v, runs):
     return True
 
 
-class Motion(NamedTuple):
+class MeshMotion(NamedTuple):
     """Of nodes together: mass [kg], momentum along x, y, z [kg m/s], kinetic energy [J]."""
 
     mass: float
@@ -211,10 +211,10 @@ class Motion(NamedTuple):
 
 @njit(forceinline=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
 def with_motion(sums, m, v):
-    """A Motion and that of a node of mass m [kg] and velocity v [m/s]."""
+    """A MeshMotion and that of a node of mass m [kg] and velocity v [m/s]."""
     a, b, c = v
     energy = 0.5 * m * (a * a + b * b + c * c)
-    return Motion(sums.mass + m, sums.x + m * a, sums.y + m * b, sums.z + m * c, sums.energy + energy)
+    return MeshMotion(sums.mass + m, sums.x + m * a, sums.y + m * b, sums.z + m * c, sums.energy + energy)
 
 
 @njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
@@ -225,7 +225,7 @@ def add_motion(v, mass, on_wheel, runs, out):
     runs : (k, 2) the unknowns that count, in ranges first..last-1
     out : (2, 5) of crossing and wheel: mass [kg], momentum along x, y, z [kg m/s], kinetic energy [J], added to
     """
-    crossing, wheel = Motion(0.0, 0.0, 0.0, 0.0, 0.0), Motion(0.0, 0.0, 0.0, 0.0, 0.0)
+    crossing, wheel = MeshMotion(0.0, 0.0, 0.0, 0.0, 0.0), MeshMotion(0.0, 0.0, 0.0, 0.0, 0.0)
     for r in range(runs.shape[0]):
         for n in range(runs[r, 0] // np.uint64(3), runs[r, 1] // np.uint64(3)):
             i = np.uint64(3) * n
