@@ -13,8 +13,8 @@ FORCES = ("force", "force_wing", "force_nose", "force_longitudinal", "force_late
 
 
 class Recorder:
-    """Call `after_step` each step and `row` when an interval is over. Rows are replicated, sums since the last one the
-    contact's owner's; `row` is collective."""
+    """Call `after_step` each step and `row` when an interval is over. Rows are replicated, sums since the last one are
+    those of the contact's owners; `row` is collective."""
 
     STATE = ("rows", "beam", "contact_work", "deforming", "overlap", "exchanged", "total", "moment", "steps")
 
@@ -42,7 +42,7 @@ class Recorder:
         self.total, self.moment, self.steps = np.zeros(5), np.zeros(4), 0
 
     def after_step(self) -> None:
-        """Add the contact forces of the step, on the rank that computes them."""
+        """Add the contact forces of the step, on the ranks that compute them."""
         c = self.passage.dynamics.contact
         self.steps += 1
         if not c.is_owner:

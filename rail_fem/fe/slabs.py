@@ -119,7 +119,8 @@ def slab_parts(centres: np.ndarray, region: np.ndarray, slab: np.ndarray, shares
     key = region.astype(np.int64) * (int(slab.max(initial=0)) + 1) + slab
     order = np.argsort(key, kind="stable")
     pieces = np.split(order, np.flatnonzero(np.diff(key[order])) + 1) if len(order) else []
-    lanes = LANES if sum(-(-len(mine) // LANES) for mine in pieces) >= parts else 1
+    least = sum(-(-len(mine) // LANES) for mine in pieces) * shares.min() / shares.sum()
+    lanes = LANES if least >= 1 else 1
     turns = _turns(sum(-(-len(mine) // lanes) for mine in pieces), shares)
     for mine in pieces:
         blocks = -(-len(mine) // lanes)

@@ -91,8 +91,10 @@ def test_no_rank_is_without_cells(mesh, parts):
     points, cells, region = mesh
     centres = points[cells].mean(axis=1)
     slabs = cut_into_slabs(*mesh, bodies=(0,), shortest=6 * MM)
-    part = slab_parts(centres, region, slabs.of_cells(centres[:, 0], region), np.ones(parts))
-    assert np.bincount(part, minlength=parts).min() >= 1 and len(np.unique(part)) == parts
+    even, uneven = np.ones(parts), np.array([0.2, *[1.0] * (parts - 1)])
+    for shares in (even, uneven):
+        part = slab_parts(centres, region, slabs.of_cells(centres[:, 0], region), shares)
+        assert np.bincount(part, minlength=parts).min() >= 1 and len(np.unique(part)) == parts
 
 
 def test_a_slab_is_cut_into_pieces_that_lie_together():
