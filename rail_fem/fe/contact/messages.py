@@ -8,6 +8,8 @@ the ranks goes along.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from mpi4py import MPI
 
@@ -16,13 +18,23 @@ from rail_fem.fe.contact.pairs import N_SUMS
 
 OWNER = 0  # root, whose restart file holds all that it knows; further owners follow it
 RANKS_OF_OWNER, MOST_OWNERS = 4, 4
-THERE, BACK = 1, 2  # tags
+THERE, BACK = 1, 2  # first tags
 ROW = 6  # numbers of a node, see forces.pack
+# numbers of a message, 3.5 kB: longer ones wait until both sides come to them, where a system does not let a process
+# read another's memory (Open MPI's limit is 4 kB), and so for the elements between
+PIECE = 448
 
 
 def owner_count(ranks: int) -> int:
     """How many of so many ranks compute contact."""
     return min(max(ranks // RANKS_OF_OWNER, 1), MOST_OWNERS)
+
+
+def pieces(init: Callable[..., MPI.Prequest], numbers: np.ndarray, rank: int, tag: int) -> list[MPI.Prequest]:
+    """What sends numbers (k,) to a rank, or has them from it, in messages of PIECE. init : Send_init or Recv_init of a
+    communicator"""
+    starts = range(0, len(numbers), PIECE)
+    return [init(numbers[first : first + PIECE], rank, tag + 2 * n) for n, first in enumerate(starts)]
 
 
 class ContactMessages:
@@ -57,8 +69,9 @@ class ContactMessages:
             self.nodes = np.concatenate([own, chosen(self.ghosts_here)])
             self.mine = np.empty(count + ROW * len(own))
             self.answers = np.empty(count + N_SUMS + 1 + 3 * len(self.nodes))
-            self.there = [comm.Send_init(self.mine, owner, THERE) for owner in range(self.owners)]
-            self.back = [comm.Recv_init(self.answers, comm.rank % self.owners, BACK)]
+            every = range(self.owners)
+            self.there = [one for owner in every for one in pieces(comm.Send_init, self.mine, owner, THERE)]
+            self.back = pieces(comm.Recv_init, self.answers, comm.rank % self.owners, BACK)
             return
         owned = [chosen(own) for own, _ in self.nodes_of]
         self.order, sizes = np.concatenate(owned), np.array(list(map(len, owned)))
@@ -66,16 +79,20 @@ class ContactMessages:
         self.at = count * (1 + np.repeat(np.arange(len(owned)), sizes)) + ROW * np.arange(len(self.order))
         self.of_ranks = np.split(self.given, np.cumsum(count + ROW * sizes)[:-1])
         self.mine = self.of_ranks[comm.rank]
-        self.there = [comm.Recv_init(own, r, THERE) for r, own in enumerate(self.of_ranks) if r != comm.rank]
-        self.there += [comm.Send_init(self.mine, r, THERE) for r in range(self.owners) if r != comm.rank]
+        self.there = []
+        for rank, of_rank in enumerate(self.of_ranks):
+            if rank != comm.rank:
+                self.there += pieces(comm.Recv_init, of_rank, rank, THERE)
+                self.there += pieces(comm.Send_init, self.mine, rank, THERE) if rank < self.owners else []
         others = [rank for rank in range(self.owners, comm.size) if rank % self.owners == comm.rank]
         told = [np.concatenate([owned[rank], chosen(self.nodes_of[rank][1])]) for rank in others]
         self.told = np.concatenate([np.empty(0, np.int64), *told])
         self.first = np.cumsum([0, *map(len, told)])  # of each rank's nodes among the told
         starts = 3 * self.first + (count + N_SUMS + 1) * np.arange(len(self.first))
         self.answers = np.empty(starts[-1])
-        answers = [self.answers[first:last] for first, last in zip(starts, starts[1:])]
-        self.back = [comm.Send_init(own, rank, BACK) for own, rank in zip(answers, others)]
+        self.back = []
+        for rank, first, last in zip(others, starts, starts[1:]):
+            self.back += pieces(comm.Send_init, self.answers[first:last], rank, BACK)
 
     @property
     def rows(self) -> np.ndarray:
