@@ -28,6 +28,7 @@ from rail_fem.fe.node_kernels import (
     drift_nodes,
     free_inverse_mass,
     kick,
+    unmarked,
 )
 from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK, VISCOUS_WORK
@@ -121,7 +122,9 @@ class Dynamics:
         self.changed = changed[self.touched[changed]]  # contact watches nodes that have left until its next search
         marks[self.changed] |= CHANGED
         blocks = self.structure.blocks
-        ahead = self.structure.without(self.marks, CHANGED) & (self.comm.size > 1)
+        ahead = np.zeros(len(blocks), bool)
+        if self.comm.size > 1:
+            ahead = unmarked(blocks, self.structure.finite.nodes, self.marks, CHANGED)
         self.ahead, self.behind = blocks[ahead], blocks[~ahead]
         sizes = [part.size for part in self.parts]
         self.message = np.empty(sum(sizes))  # what the parts sum over the ranks, and the stretch of each
@@ -218,8 +221,7 @@ class Dynamics:
         if not self.drifts:
             self._forces_ahead(dt)
         clock = working_time()
-        s.add_finite_force(dt, self.behind)
-        s.add_small_force()
+        s.add_internal_force(dt, self.behind)
         for part in self.parts:
             part.add_force(dt)
         self.kernel_time += working_time() - clock

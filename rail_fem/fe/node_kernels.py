@@ -7,8 +7,6 @@ They stand here, with nothing of the solver imported, so that an edit elsewhere 
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from kernel_cache import njit
@@ -199,25 +197,7 @@ def all_finite(v, runs):
     return True
 
 
-class MeshMotion(NamedTuple):
-    """Of nodes together: mass [kg], momentum along x, y, z [kg m/s], kinetic energy [J]."""
-
-    mass: float
-    x: float
-    y: float
-    z: float
-    energy: float
-
-
-@njit(forceinline=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
-def with_motion(sums, m, v):
-    """A MeshMotion and that of a node of mass m [kg] and velocity v [m/s]."""
-    a, b, c = v
-    energy = 0.5 * m * (a * a + b * b + c * c)
-    return MeshMotion(sums.mass + m, sums.x + m * a, sums.y + m * b, sums.z + m * c, sums.energy + energy)
-
-
-@njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def add_motion(v, mass, on_wheel, runs, out):
     """What says how much of the bodies' motion is not that of a rigid one: mass, momentum and kinetic energy of each.
 
@@ -225,19 +205,14 @@ def add_motion(v, mass, on_wheel, runs, out):
     runs : (k, 2) the unknowns that count, in ranges first..last-1
     out : (2, 5) of crossing and wheel: mass [kg], momentum along x, y, z [kg m/s], kinetic energy [J], added to
     """
-    crossing, wheel = MeshMotion(0.0, 0.0, 0.0, 0.0, 0.0), MeshMotion(0.0, 0.0, 0.0, 0.0, 0.0)
     for r in range(runs.shape[0]):
-        for n in range(runs[r, 0] // np.uint64(3), runs[r, 1] // np.uint64(3)):
-            i = np.uint64(3) * n
-            velocity, of_wheel = (v[i], v[i + np.uint64(1)], v[i + np.uint64(2)]), mass[n] * on_wheel[n]
-            crossing = with_motion(crossing, mass[n] - of_wheel, velocity)
-            wheel = with_motion(wheel, of_wheel, velocity)
-    for k, sums in enumerate((crossing, wheel)):
-        out[k, 0] += sums.mass
-        out[k, 1] += sums.x
-        out[k, 2] += sums.y
-        out[k, 3] += sums.z
-        out[k, 4] += sums.energy
+        for i in range(runs[r, 0] // np.uint64(3), runs[r, 1] // np.uint64(3)):
+            row, m = out[on_wheel[i]], mass[i]
+            row[0] += m
+            for c in range(3):
+                speed = v[3 * i + c]
+                row[1 + c] += m * speed
+                row[4] += 0.5 * m * speed * speed
 
 
 @njit(cache=True, error_model="numpy")

@@ -8,6 +8,7 @@ import numpy as np
 
 from rail_fem.fe.node_kernels import add_motion, add_step
 from rail_fem.fe.passage import Passage
+from rail_fem.processes.launcher import on_root
 
 FORCES = ("force", "force_wing", "force_nose", "force_longitudinal", "force_lateral")
 
@@ -62,7 +63,7 @@ class Recorder:
     def row(self, energies: dict[str, float]) -> None:
         """Close an interval."""
         p, d = self.passage, self.passage.dynamics
-        self.total, self.moment = d.contact.told((self.total, self.moment))
+        self.total, self.moment = on_root(lambda: (self.total, self.moment), d.comm)
         row = dict(zip(FORCES, self.total / max(self.steps, 1)))
         normal_force = self.moment[0]
         *centre, pressure = self.moment[1:] / normal_force if normal_force > 0 else np.full(3, np.nan)

@@ -12,7 +12,6 @@ from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.elastic import elastic_stress, fixed_geometry
 from rail_fem.fe.hexahedron import stored_energy, update_elements, volumes
 from rail_fem.fe.hexahedron_full import stored_energy_full, update_full_elements
-from rail_fem.fe.node_kernels import unmarked
 from rail_fem.fe.rings import find_line_forces, find_rings, give_lines, take_energy
 from rail_fem.fe.state import LANES, LAW, LINEAR_VISCOSITY, N_WORK, POINTS, QUADRATIC_VISCOSITY
 from rail_fem.scene.steel import Steel
@@ -150,28 +149,19 @@ class Structure:
         self.domain.sum_up(vector)
         return vector[::3].copy()
 
-    def without(self, marks: np.ndarray, mark: int) -> np.ndarray:
-        """Which of the `blocks` (k,) bool have no node with this mark. marks : (3 n_nodes,). Rank-local."""
-        return unmarked(self.blocks, self.finite.nodes, marks, mark)
-
-    def add_internal_force(self, dt: float) -> None:
+    def add_internal_force(self, dt: float, blocks: np.ndarray | None = None) -> None:
         """Minus the internal force at the present x and v, added to `force` of owned and ghost nodes; updates stresses.
-        Rank-local."""
-        self.smallest_volume = np.inf
-        self.add_finite_force(dt, self.blocks)
-        self.add_small_force()
+        blocks : (k,) of the finite-strain ones, None: all that a step computes. Rank-local."""
+        self.add_finite_force(dt, self.blocks if blocks is None else blocks)
+        self._add_small_force(self.x, self.domain.reference, self.v, self.damping, self.force)
 
     def add_finite_force(self, dt: float, blocks: np.ndarray) -> None:
-        """The part of these finite-strain blocks (k,). Rank-local."""
+        """The part of these finite-strain blocks (k,); `smallest_volume` of them and of those before. Rank-local."""
         b, work = self.finite, self.block_work.reshape(-1)
         own = blocks, b.nodes, b.filled, b.material_of, self.table, b.state, b.back
         smallest = self.update_elements(self.x, self.v, dt, *own, self.force, work)
         if smallest < self.smallest_volume or smallest != smallest:  # keeps what is not a number
             self.smallest_volume = smallest
-
-    def add_small_force(self) -> None:
-        """The part of the small-displacement elements. Rank-local."""
-        self._add_small_force(self.x, self.domain.reference, self.v, self.damping, self.force)
 
     def _add_small_force(
         self, x: np.ndarray, reference: np.ndarray, v: np.ndarray, damping: float, force: np.ndarray

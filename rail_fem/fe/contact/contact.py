@@ -6,13 +6,11 @@ are, and tells each rank the forces on its nodes. Searches are of all ranks.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from mpi4py import MPI
 
 from rail_fem.fe.contact import forces as kernel
-from rail_fem.fe.contact.messages import OWNER, ContactMessages
+from rail_fem.fe.contact.messages import ContactMessages
 from rail_fem.fe.contact.pairs import (
     AXLE_MOMENT,
     FRICTION_WORK,
@@ -31,6 +29,7 @@ from rail_fem.fe.contact.surface import ContactSurfaces
 from rail_fem.fe.dynamics_part import DynamicsPart
 from rail_fem.fe.node_kernels import apply_contact
 from rail_fem.fe.rolling_wheel import RollingWheel
+from rail_fem.processes.launcher import on_root
 
 
 class Contact(DynamicsPart):
@@ -178,25 +177,23 @@ class Contact(DynamicsPart):
             *(wheel.spin, float(wheel.yaw), dt, self.found, self.sliding, self.sums),
         )
 
-    def told(self, value: Any) -> Any:
-        """What its first owner knows. Collective."""
-        comm = self.surfaces.comm
-        return comm.bcast(value, root=OWNER) if comm.size > 1 else value
-
     def force_on_rail(self) -> np.ndarray:
         """(3,) [N]. Collective."""
-        return self.told(np.array([along.sum() for along in self.force[: self.surfaces.n_rail].T]))
+        rail = self.force[: self.surfaces.n_rail]
+        return on_root(lambda: np.array([along.sum() for along in rail.T]), self.surfaces.comm)
 
     def carrying_x(self) -> np.ndarray:
         """Positions along x [m] of the rail's nodes that carry normal force. Collective."""
-        carries = np.flatnonzero(self.normal_force[: self.surfaces.n_rail] > 0)
-        return self.told(self.search.position[carries, 0])
+        rail = self.normal_force[: self.surfaces.n_rail]
+        return on_root(lambda: self.search.position[np.flatnonzero(rail > 0), 0], self.surfaces.comm)
 
     def overlap(self) -> list[float]:
         """How deep the surfaces lie in one another after the step before the last, at the pairs that carry: largest
         [m], force times overlap summed up [N m], force [N]. Measured on the geometry. Collective."""
+        return on_root(self._overlap, self.surfaces.comm)
+
+    def _overlap(self) -> list[float]:
         found = np.zeros(3)
-        if self.is_owner:
-            for pairs in self.pairs:
-                add_overlap(self.search.before, pairs, self.surfaces.area, found)
-        return self.told(found.tolist())
+        for pairs in self.pairs:
+            add_overlap(self.search.before, pairs, self.surfaces.area, found)
+        return found.tolist()
